@@ -1,0 +1,33 @@
+"""Recorded motion: read, recognise, check, resample; the `Clip` and `Reference` types and their files."""
+
+from clips.clip import Clip, HumanClip, RobotClip
+from clips.errors import ClipError, ReferenceFileError
+from clips.files import OutputError
+from clips.joint_space import full_qpos
+from clips.read import read_clip
+from clips.reference import FREE, PIVOTING, PLANTED, Reference, load_reference, make_reference, save_reference
+from clips.resample import cut, resample
+from clips.source import ClipSource, Finding, ReadOptions
+
+__all__ = [
+    "FREE",
+    "PIVOTING",
+    "PLANTED",
+    "Clip",
+    "ClipError",
+    "ClipSource",
+    "Finding",
+    "HumanClip",
+    "OutputError",
+    "ReadOptions",
+    "Reference",
+    "ReferenceFileError",
+    "RobotClip",
+    "cut",
+    "full_qpos",
+    "load_reference",
+    "make_reference",
+    "read_clip",
+    "resample",
+    "save_reference",
+]

@@ -1,0 +1,56 @@
+"""Outputs are whole or absent: written beside their place, then renamed."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+from robot_models import DanceError
+
+
+class OutputError(DanceError):
+    """A file that cannot be written."""
+
+
+@contextmanager
+def write_whole(path: Path) -> Iterator[IO[bytes]]:
+    """A stream that becomes `path` only when the block ends without an error.
+
+    Raises:
+        OutputError: the folder is absent or read-only, or the disk is full.
+    """
+    with aside(path) as beside, open(beside, "wb") as stream:
+        yield stream
+
+
+@contextmanager
+def aside(path: Path) -> Iterator[Path]:
+    """A free path in the same folder; what stands there when the block ends becomes `path`."""
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent or ".")
+        os.close(handle)
+    except OSError as e:
+        raise OutputError(
+            str(path),
+            found=f"a folder that takes no file ({e.strerror})",
+            expected="an existing folder you may write to",
+        ) from e
+    beside = Path(name)
+    try:
+        yield beside
+        beside.chmod(0o666 & ~_umask())
+        os.replace(beside, path)
+    except OSError as e:
+        raise OutputError(str(path), found=f"a write that failed ({e.strerror})", expected="room on the disk") from e
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,168 @@
+"""From raw points in a file's own axes and units to a checked `HumanClip`: up axis, unit, handedness, landmarks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.clip import REQUIRED, HumanClip
+from clips.errors import ClipError
+from clips.skeleton import find_landmarks, find_unit, leg_lengths, stature
+from clips.source import Finding, RawFile, ReadOptions
+from robot_models import rotation as rot
+
+# Rotations (determinant +1, so nothing is mirrored) that bring a file's up axis to z.
+_Z_FROM_UP = {
+    "z": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    "-z": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
+    "y": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
+    "-y": [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
+    "x": [[0, 0, -1], [0, 1, 0], [1, 0, 0]],
+    "-x": [[0, 0, 1], [0, 1, 0], [-1, 0, 0]],
+}
+_MAX_GAP_S = 0.1
+
+
+def human_clip(
+    raw: RawFile,
+    *,
+    dialect: str,
+    fps: float,
+    names: Sequence[str],
+    positions: Float[ndarray, "T K 3"],
+    orientations: Float[ndarray, "T K 4"] | None,
+    parents: Sequence[int],
+    options: ReadOptions,
+    findings: Sequence[Finding] = (),
+    landmarks: Mapping[str, str] | None = None,
+) -> HumanClip:
+    """Bring points to metres in a right-handed, z-up world and check that they are a person.
+
+    Args:
+        raw: the file, for messages and provenance.
+        dialect: what was recognised.
+        fps: frames per second.
+        names: K point names.
+        positions: in the file's axes and unit; NaN marks a lost sample.
+        orientations: wxyz in the file's axes, or None.
+        parents: index of each point's parent, -1 for roots.
+        options: what the user states.
+        findings: what the reader decided before.
+        landmarks: landmark -> point name where the dialect knows it; by default found by name.
+
+    Raises:
+        ClipError: landmarks missing, long gaps, mirrored or impossible points.
+    """
+    known = dict(landmarks or find_landmarks(names))
+    missing = [k for k in REQUIRED if k not in known]
+    if missing:
+        raise ClipError(
+            raw.name,
+            found=f"no point for {', '.join(missing)} among {', '.join(names)}",
+            expected="hips, knees, ankles, shoulders, elbows and wrists of both sides",
+            cure="name the points left_hip, left_knee, ...",
+        )
+    positions, filled = _fill_gaps(positions, names, fps, raw.name)
+    up, up_finding = _find_up(positions, names, known, options, raw.name)
+    turn = rot.from_matrix(np.array(_Z_FROM_UP[up], dtype=float))
+    scale, unit_finding = find_unit(leg_lengths(positions, names, known), options, raw.name)
+    points = scale * rot.rotate(np.broadcast_to(turn, (*positions.shape[:-1], 4)), positions)
+    turns = None
+    if orientations is not None:
+        turns = rot.continuous(rot.normalise(rot.multiply(np.broadcast_to(turn, orientations.shape), orientations)))
+    facing = _check_handedness(points, names, known, raw.name)
+    done = [f"unit -> m (x {scale:.6g})"] if scale != 1.0 else []
+    done += [f"up {up} -> z"] if up != "z" else []
+    done += [f"{filled} lost samples filled by interpolation (gaps of at most {_MAX_GAP_S} s)"] if filled else []
+    return HumanClip(
+        fps=fps,
+        names=tuple(names),
+        positions=points,
+        orientations=turns,
+        parents=tuple(parents),
+        landmarks=known,
+        height=options.stature or stature(leg_lengths(points, names, known)),
+        source=raw.source(dialect, [*findings, up_finding, unit_finding, facing], done),
+    )
+
+
+def _find_up(
+    positions: ndarray, names: Sequence[str], known: Mapping[str, str], options: ReadOptions, where: str
+) -> tuple[str, Finding]:
+    """The axis along which the shoulders stand over the ankles."""
+    if options.up is not None:
+        return options.up, Finding(what="up axis", value=options.up, why="given", confidence="stated", option="up")
+    at = {k: positions[:, list(names).index(n)] for k, n in known.items()}
+    rise = at["left_shoulder"] + at["right_shoulder"] - at["left_ankle"] - at["right_ankle"]
+    share = np.median(rot.unit(rise), axis=0)
+    axis = int(np.argmax(np.abs(share)))
+    second = float(np.sort(np.abs(share))[-2])
+    if abs(share[axis]) < 0.5 or abs(share[axis]) < 1.3 * second:
+        raise ClipError(
+            where,
+            found=f"shoulders over ankles along x, y, z by {share[0]:.2f}, {share[1]:.2f}, {share[2]:.2f}",
+            expected="one axis that is clearly up",
+            cure="state it",
+            option="up",
+            suggestion="z",
+        )
+    name = ("-" if share[axis] < 0 else "") + "xyz"[axis]
+    why = (
+        f"shoulders lie over ankles along it by {abs(share[axis]):.2f} of their distance, {second:.2f} on the next axis"
+    )
+    return name, Finding(what="up axis", value=name, why=why, confidence="measured", option="up")
+
+
+def _check_handedness(points: ndarray, names: Sequence[str], known: Mapping[str, str], where: str) -> Finding:
+    """Left must be left: the hips' forward (left x up) has to agree with where knees bend and toes point."""
+    at = {k: points[:, list(names).index(n)] for k, n in known.items()}
+    left = rot.unit(at["left_hip"] - at["right_hip"] + 0.5 * (at["left_shoulder"] - at["right_shoulder"]))
+    forward = rot.unit(np.cross(left, np.array([0.0, 0.0, 1.0])))
+    votes = []
+    for side in ("left", "right"):
+        middle = 0.5 * (at[f"{side}_hip"] + at[f"{side}_ankle"])
+        votes.append(np.sum(forward * (at[f"{side}_knee"] - middle), axis=-1))
+        if f"{side}_toe" in at:
+            votes.append(np.sum(forward * (at[f"{side}_toe"] - at[f"{side}_ankle"]), axis=-1))
+    ahead = float(np.mean(votes))
+    if ahead < -0.005:
+        raise ClipError(
+            where,
+            found=f"knees and toes {-1000 * ahead:.0f} mm behind the hips' front",
+            expected="them in front: left and right are swapped, or the file is mirrored (a left-handed world)",
+            cure="export it again right-handed, or swap the names",
+        )
+    why = f"knees and toes lie {1000 * ahead:.0f} mm ahead of the hips' front (left x up)"
+    return Finding(what="handedness", value="right-handed", why=why, confidence="measured")
+
+
+def _fill_gaps(positions: ndarray, names: Sequence[str], fps: float, where: str) -> tuple[ndarray, int]:
+    """Interpolate lost samples over short gaps; a long gap or a lost end is refused."""
+    lost = ~np.isfinite(positions).all(axis=-1)
+    if not lost.any():
+        return positions, 0
+    filled = positions.copy()
+    frames = np.arange(len(positions))
+    for k in np.flatnonzero(lost.any(axis=0)):
+        runs = runs_of(lost[:, k])
+        longest = max(runs, key=lambda r: r[1] - r[0])
+        if longest[1] - longest[0] > _MAX_GAP_S * fps + 1e-9 or longest[0] == 0 or longest[1] == len(positions):
+            raise ClipError(
+                f"{where}, point '{names[k]}'",
+                found=f"no data from {longest[0] / fps:.2f} s to {longest[1] / fps:.2f} s",
+                expected=f"gaps of at most {_MAX_GAP_S} s inside the clip",
+                cure="fill it in the capture software, or cut the clip",
+            )
+        seen = ~lost[:, k]
+        for axis in range(3):
+            filled[lost[:, k], k, axis] = np.interp(frames[lost[:, k]], frames[seen], positions[seen, k, axis])
+    return filled, int(lost.sum())
+
+
+def runs_of(mask: ndarray) -> list[tuple[int, int]]:
+    """Half-open index ranges where the mask is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(int), [0]))))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -1,0 +1,205 @@
+"""From raw root poses and joint columns to a checked `RobotClip`: which robot, which quaternion order.
+
+A headless robot file says neither. Forward kinematics does: read rightly, the robot stands upright with its lower
+sole on one floor; read wrongly, it lies or flies.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.clip import RobotClip
+from clips.errors import ClipError
+from clips.source import Finding, RawFile, ReadOptions
+from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names, sole_corners
+from robot_models import rotation as rot
+
+_PROBE_FRAMES = 400
+_RIGHT_IS_CLEAR = 1.5  # the wrong order's floor must be this many times rougher
+
+
+def layouts(count: int) -> list[tuple[str, tuple[str, ...]]]:
+    """Robots, and named subsets of their joints (`variants`), that have `count` joints: (robot, joint names)."""
+    found = []
+    for name in robot_names():
+        if not installed(name):
+            continue
+        robot = load_robot(name)
+        for drop in ((), *robot.profile.variants.values()):
+            kept = tuple(j for j in robot.joint_names if not any(re.fullmatch(p, j) for p in drop))
+            if len(kept) == count:
+                found.append((name, kept))
+    return found
+
+
+def choose_layout(raw: RawFile, count: int, options: ReadOptions) -> tuple[str, tuple[str, ...], Finding]:
+    """The robot and joint names of a file with `count` nameless joint columns.
+
+    Raises:
+        ClipError: no robot, or more than one, has that many joints.
+    """
+    fits = [f for f in layouts(count) if options.robot in (None, f[0])]
+    if len(fits) == 1:
+        robot, names = fits[0]
+        why = f"{count} joint values; only {robot} has that many" if options.robot is None else "given"
+        return robot, names, Finding(
+            what="robot", value=robot, why=why, confidence="measured" if options.robot is None else "stated", option="robot"
+        )  # fmt: skip
+    known = ", ".join(f"{n} {len(load_robot(n).joint_names)}" for n in robot_names() if installed(n))
+    raise ClipError(
+        raw.name,
+        found=f"{count} joint values per frame" + (f", which {len(fits)} robots have" if fits else ""),
+        expected=f"a known robot's number of joints ({known})",
+        cure="name the robot it was made for",
+        option="robot",
+        suggestion=fits[0][0] if fits else "my_robot.toml",
+    )
+
+
+def robot_clip(
+    raw: RawFile,
+    *,
+    dialect: str,
+    fps: float,
+    robot: str,
+    joint_names: Sequence[str],
+    root_pos: Float[ndarray, "T 3"],
+    root_quat: Float[ndarray, "T 4"],
+    quat_order: str | None,
+    joint_pos: Float[ndarray, "T J"],
+    options: ReadOptions,
+    findings: Sequence[Finding] = (),
+    conversions: Sequence[str] = (),
+) -> RobotClip:
+    """Check joint-space numbers against the robot they claim to move.
+
+    Args:
+        raw: the file, for messages and provenance.
+        dialect: what was recognised.
+        fps: frames per second.
+        robot: key in the robot catalogue.
+        joint_names: names of the columns of `joint_pos`, a subset of the robot's.
+        root_pos: [m].
+        root_quat: in the file's order.
+        quat_order: "wxyz" or "xyzw" where the format states it; None: forward kinematics decides.
+        joint_pos: [rad].
+        options: what the user states.
+        findings: what the reader decided before.
+        conversions: what the reader did to the numbers before.
+
+    Raises:
+        ClipError: zero quaternions, undecidable order, degrees as radians, or joints far outside their limits.
+    """
+    model = load_robot(robot)
+    order = [model.joint(n) for n in joint_names]
+    finding = _quat_order(raw, model, order, root_pos, root_quat, quat_order, joint_pos, options)
+    quat = _unit_wxyz(raw, root_quat, finding.value)
+    limits = _check_limits(raw, model, order, joint_pos)
+    absent = [j for j in model.joint_names if j not in joint_names]
+    notes = [*findings, finding, limits]
+    if absent:
+        why = f"{len(joint_names)} of {len(model.joint_names)} joints are in the file"
+        notes.append(
+            Finding(what="joints held at the default pose", value=", ".join(absent), why=why, confidence="stated")
+        )
+    return RobotClip(
+        fps=fps,
+        robot=robot,
+        joint_names=tuple(joint_names),
+        root_pos=root_pos,
+        root_quat=quat,
+        joint_pos=joint_pos,
+        source=raw.source(dialect, notes, conversions),
+    )
+
+
+def full_qpos(clip: RobotClip, robot: RobotModel) -> Float[ndarray, "T nq"]:
+    """qpos of a robot clip in the robot's joint order; joints that the clip lacks stand at the default pose."""
+    qpos = np.tile(robot.default_qpos, (clip.frames, 1))
+    qpos[:, :3], qpos[:, 3:7] = clip.root_pos, clip.root_quat
+    qpos[:, [7 + robot.joint(n) for n in clip.joint_names]] = clip.joint_pos
+    return qpos
+
+
+def _quat_order(
+    raw: RawFile,
+    model: RobotModel,
+    order: list[int],
+    root_pos: ndarray,
+    root_quat: ndarray,
+    stated: str | None,
+    joint_pos: ndarray,
+    options: ReadOptions,
+) -> Finding:
+    if options.quat_order or stated:
+        why = "given" if options.quat_order else "the format says so"
+        value = options.quat_order or stated or ""
+        return Finding(what="quaternion order", value=value, why=why, confidence="stated", option="quat_order")
+    frames = np.unique(np.linspace(0, len(root_pos) - 1, _PROBE_FRAMES).astype(int))
+    qpos = np.tile(model.default_qpos, (len(frames), 1))
+    qpos[:, :3] = root_pos[frames]
+    qpos[:, [7 + i for i in order]] = joint_pos[frames]
+    rough, upright = {}, {}
+    for name in ("xyzw", "wxyz"):
+        qpos[:, 3:7] = _unit_wxyz(raw, root_quat, name)[frames]
+        corners = sole_corners(model, *forward_kinematics(model, qpos))
+        lowest = corners[..., 2].min(axis=(1, 2))
+        # Spread of the lower sole's height plus its tilt: both are small only for the right order.
+        tilt = np.ptp(corners[..., 2], axis=2).min(axis=1)
+        rough[name] = float(np.std(lowest) + np.median(tilt))
+        upright[name] = float(
+            np.median(rot.rotate(qpos[:, 3:7], np.broadcast_to([0.0, 0.0, 1.0], (len(frames), 3)))[:, 2])
+        )
+    best, other = sorted(rough, key=lambda n: rough[n])
+    why = (
+        f"lower sole rough by {1000 * rough[best]:.0f} mm and pelvis up {upright[best]:.2f} read so, "
+        f"{1000 * rough[other]:.0f} mm and {upright[other]:.2f} read as {other}"
+    )
+    if rough[other] < _RIGHT_IS_CLEAR * rough[best] or upright[best] < upright[other] - 0.1:
+        raise ClipError(
+            raw.name, found=f"no clear quaternion order ({best}: {why})", expected="one that stands on a floor",
+            cure="state it", option="quat_order", suggestion=best,
+        )  # fmt: skip
+    return Finding(what="quaternion order", value=best, why=why, confidence="measured", option="quat_order")
+
+
+def _unit_wxyz(raw: RawFile, quat: ndarray, order: str) -> ndarray:
+    norm = np.linalg.norm(quat, axis=1)
+    bad = np.flatnonzero(~(np.abs(norm - 1.0) < 0.05))
+    if len(bad):
+        raise ClipError(
+            f"{raw.name}, frame {bad[0]}",
+            found=f"root quaternion of length {norm[bad[0]]:.3g} ({len(bad)} such frames)",
+            expected="length 1",
+            cure="check which columns hold the rotation",
+        )
+    return rot.continuous(rot.normalise(quat if order == "wxyz" else rot.from_quat_xyzw(quat)))
+
+
+def _check_limits(raw: RawFile, model: RobotModel, order: list[int], joint_pos: ndarray) -> Finding:
+    """Degrees, or another robot's joint order, show as joints far outside their limits."""
+    lower, upper = model.lower[order], model.upper[order]
+    beyond = np.maximum(lower - joint_pos, joint_pos - upper)
+    share = float((beyond > 0.2).mean())
+    worst = int(np.argmax(beyond.max(axis=0)))
+    name = model.joint_names[order[worst]]
+    if np.abs(joint_pos).max() > 4.0 * np.pi:
+        raise ClipError(
+            f"{raw.name}, joint '{name}'", found=f"an angle of {np.abs(joint_pos).max():.3g}", expected="radians",
+            cure="the file seems to hold degrees: convert it",
+        )  # fmt: skip
+    if share > 0.05:
+        raise ClipError(
+            f"{raw.name}, joint '{name}'",
+            found=f"{100 * share:.0f} % of all joint values over 0.2 rad outside {model.name}'s limits",
+            expected=f"{model.name}'s joints in its own order",
+            cure="the file may belong to another robot or joint order",
+            option="robot",
+        )
+    why = f"{100 * share:.2f} % of values lie over 0.2 rad outside the joint limits, worst {name} by {beyond.max():.2f} rad"
+    return Finding(what="joint order", value="by name" if share == 0 else "plausible", why=why, confidence="measured")

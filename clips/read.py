@@ -1,0 +1,47 @@
+"""The door: any motion file in, a checked `Clip` out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import ModuleType
+
+from clips.clip import Clip
+from clips.errors import ClipError
+from clips.readers import bvh, npz, pickles, points_csv, robot_csv
+from clips.source import RawFile, ReadOptions
+
+# Asked in this order; the first that recognises the content reads it.
+READERS: tuple[ModuleType, ...] = (bvh, npz, pickles, points_csv, robot_csv)
+
+_KNOWN_ELSEWHERE = {
+    b"Kaydara FBX": ("an FBX file", "open it in Blender and export BVH"),
+    b"; FBX": ("an FBX file (text)", "open it in Blender and export BVH"),
+    b":ASF": ("an ASF skeleton", "give the AMC motion; reading AMC is not built yet"),
+    b"!OML:ASF": ("an ASF skeleton", "give the AMC motion; reading AMC is not built yet"),
+}
+
+
+def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
+    """Read a motion file, chosen by its content.
+
+    Args:
+        path: the file.
+        options: what the user states about it; a statement beats every guess.
+
+    Raises:
+        ClipError: the file cannot be read rightly; the message names place, found, expected and cure.
+    """
+    raw = RawFile.load(Path(path))
+    for reader in READERS:
+        if reader.recognises(raw):
+            clip: Clip = reader.read(raw, options or ReadOptions())
+            return clip
+    for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
+        if raw.head.lstrip().startswith(magic):
+            raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ or BVH", cure=cure)
+    raise ClipError(
+        raw.name,
+        found=f"content that no reader knows (it begins with {raw.head[:16]!r})",
+        expected="CSV, PKL, NPZ or BVH",
+        cure="docs/formats.md lists every layout",
+    )

@@ -1,0 +1,177 @@
+"""BVH of any skeleton: per-joint channel order, repeated offsets, any up axis and unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.clip import HumanClip
+from clips.errors import ClipError
+from clips.human import human_clip
+from clips.source import Finding, RawFile, ReadOptions
+from robot_models import rotation as rot
+
+
+@dataclass
+class _Joint:
+    name: str
+    parent: int
+    offset: tuple[float, ...] = (0.0, 0.0, 0.0)
+    channels: list[str] = field(default_factory=list)
+
+
+def recognises(raw: RawFile) -> bool:
+    """BVH begins with the word HIERARCHY."""
+    return raw.head.lstrip().startswith(b"HIERARCHY")
+
+
+def read(raw: RawFile, options: ReadOptions) -> HumanClip:
+    """Read a BVH file into points and orientations.
+
+    Raises:
+        ClipError: broken hierarchy, wrong number of values, no person in it.
+    """
+    hierarchy, _, motion = raw.text().partition("MOTION")
+    if not motion:
+        raise ClipError(raw.name, found="no MOTION section", expected="HIERARCHY, then MOTION")
+    joints = _parse_hierarchy(hierarchy, raw.name)
+    fps, values = _parse_motion(motion, sum(len(j.channels) for j in joints), raw.name)
+    fps_finding = Finding(what="fps", value=f"{fps:.6g}", why="Frame Time line", confidence="stated", option="fps")
+    if options.fps is not None:
+        fps, why = options.fps, f"given; the Frame Time line says {fps:.6g}"
+        fps_finding = Finding(what="fps", value=f"{fps:.6g}", why=why, confidence="stated", option="fps")
+    positions, orientations, offsets = _pose(joints, values)
+    keep = [i for i, j in enumerate(joints) if j.channels or any(j.offset)]
+    place = {j: k for k, j in enumerate(keep)}
+    orders = sorted({_rotation_order(j) for j in joints if j.channels})
+    findings = [
+        fps_finding,
+        Finding(what="Euler order", value=", ".join(orders), why="CHANNELS of each joint", confidence="stated"),
+        offsets,
+    ]
+    return human_clip(
+        raw,
+        dialect=f"BVH, {sum(bool(j.channels) for j in joints)} joints",
+        fps=fps,
+        names=[joints[i].name for i in keep],
+        positions=positions[:, keep],
+        orientations=orientations[:, keep],
+        parents=[place.get(joints[i].parent, -1) for i in keep],
+        options=options,
+        findings=findings,
+    )
+
+
+def _parse_hierarchy(text: str, where: str) -> list[_Joint]:
+    joints: list[_Joint] = []
+    stack: list[int] = []
+    tokens = iter(text.split())
+    try:
+        for token in tokens:
+            if token in ("ROOT", "JOINT", "End"):
+                joints.append(_joint(token, tokens, stack[-1] if stack else -1, joints))
+            elif token == "{":
+                stack.append(len(joints) - 1)
+            elif token == "}":
+                stack.pop()
+            elif token == "OFFSET":
+                joints[-1].offset = tuple(float(next(tokens)) for _ in range(3))
+            elif token == "CHANNELS":
+                joints[-1].channels = [next(tokens) for _ in range(int(next(tokens)))]
+    except (StopIteration, IndexError, ValueError) as e:
+        last = joints[-1].name if joints else "the start"
+        raise ClipError(f"{where}, near '{last}'", found="a broken HIERARCHY", expected="BVH's nested joints") from e
+    if not any(j.channels for j in joints):
+        raise ClipError(where, found="no joint with channels", expected="at least a root with CHANNELS")
+    return joints
+
+
+def _joint(kind: str, tokens: Iterator[str], parent: int, joints: list[_Joint]) -> _Joint:
+    name = next(tokens)
+    if kind == "End":
+        name = f"{joints[parent].name}_end"
+    taken = {j.name for j in joints}
+    while name in taken:  # some exporters repeat finger names
+        name += "_"
+    return _Joint(name, parent)
+
+
+def _parse_motion(text: str, width: int, where: str) -> tuple[float, ndarray]:
+    words = text.split(maxsplit=5)
+    try:
+        if words[0] != "Frames:" or words[2:4] != ["Frame", "Time:"]:
+            raise ValueError("no 'Frames:' and 'Frame Time:' lines")
+        frames, dt = int(words[1]), float(words[4])
+        values = np.array((words[5] if len(words) > 5 else "").split(), dtype=float)
+    except (IndexError, ValueError) as e:
+        raise ClipError(
+            f"{where}, MOTION", found=f"text that is no motion ({e})", expected="Frames, Frame Time, rows"
+        ) from e
+    if values.size != frames * width:
+        raise ClipError(
+            f"{where}, MOTION",
+            found=f"{values.size} values",
+            expected=f"{frames} frames x {width} channels = {frames * width}",
+            cure="the file is cut off or its header edited: export it again",
+        )
+    if not dt > 0.0:
+        raise ClipError(
+            f"{where}, Frame Time", found=repr(dt), expected="seconds above 0", option="fps", suggestion="30"
+        )
+    # Frame times are written with 6 or 7 digits; a rate within their rounding of a whole number is that number.
+    fps = 1.0 / dt
+    return (float(round(fps)) if abs(fps - round(fps)) < 1e-6 * fps / dt else fps), values.reshape(frames, width)
+
+
+def _rotation_order(joint: _Joint) -> str:
+    return "".join(c[0].upper() for c in joint.channels if c.lower().endswith("rotation"))
+
+
+def _pose(joints: list[_Joint], values: Float[ndarray, "T W"]) -> tuple[ndarray, ndarray, Finding]:
+    """World positions and orientations of every joint, in the file's axes and unit."""
+    frames = len(values)
+    positions = np.zeros((frames, len(joints), 3))
+    turns = np.tile(rot.IDENTITY, (frames, len(joints), 1))
+    column, added = 0, []
+    for i, joint in enumerate(joints):
+        block = values[:, column : column + len(joint.channels)]
+        column += len(joint.channels)
+        local, is_added = _translation(joint, block)
+        if is_added:
+            added.append(joint.name)
+        angles = [k for k, c in enumerate(joint.channels) if c.lower().endswith("rotation")]
+        local_turn = np.broadcast_to(rot.IDENTITY, (frames, 4))
+        for k in angles:
+            axis = np.eye(3)["XYZ".index(joint.channels[k][0].upper())]
+            local_turn = rot.multiply(local_turn, rot.exp(np.radians(block[:, k : k + 1]) * axis))
+        if joint.parent < 0:
+            positions[:, i], turns[:, i] = local, local_turn
+        else:
+            parent = turns[:, joint.parent]
+            positions[:, i] = positions[:, joint.parent] + rot.rotate(parent, local)
+            turns[:, i] = rot.multiply(parent, local_turn)
+    moving = sum(any(c.lower().endswith("position") for c in j.channels) for j in joints)
+    value = f"added to OFFSET at {', '.join(added)}" if added else "in place of OFFSET"
+    why = f"{moving} joints have position channels; theirs are compared with OFFSET"
+    return positions, turns, Finding(what="position channels", value=value, why=why, confidence="measured")
+
+
+def _translation(joint: _Joint, block: ndarray) -> tuple[ndarray, bool]:
+    """Local translation per frame. Position channels stand in place of OFFSET, or, where they hover near zero
+    beside a real offset, on top of it: adding both where they repeat each other would double the bones.
+    """
+    offset = np.array(joint.offset)
+    local = np.tile(offset, (len(block), 1))
+    columns = [(k, "XYZ".index(c[0].upper())) for k, c in enumerate(joint.channels) if c.lower().endswith("position")]
+    if not columns:
+        return local, False
+    moved = np.zeros((len(block), 3))
+    for k, axis in columns:
+        moved[:, axis] = block[:, k]
+    size = np.linalg.norm(offset)
+    added = bool(size > 0.0 and joint.parent >= 0 and np.median(np.linalg.norm(moved, axis=1)) < 0.2 * size)
+    return (local + moved if added else moved), added

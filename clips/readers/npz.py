@@ -1,0 +1,174 @@
+"""NPZ: our own references, BeyondMimic / mjlab motions, Isaac AMP motions, AMASS-like SMPL poses."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+
+import numpy as np
+from numpy import ndarray
+
+from clips import smpl
+from clips.clip import Clip, RobotClip
+from clips.errors import ClipError
+from clips.joint_space import choose_layout, robot_clip
+from clips.source import Finding, RawFile, ReadOptions
+from robot_models import RobotModel, forward_kinematics, load_robot
+from robot_models import rotation as rot
+
+_BODY_TOLERANCE = (
+    5e-3  # float32 files of other tools reproduce their bodies to ~1e-4 m; the wrong order misses by > 0.1
+)
+
+
+def recognises(raw: RawFile) -> bool:
+    """A zip archive that holds .npy members."""
+    return raw.head.startswith(b"PK\x03\x04") and b".npy" in raw.data[:200]
+
+
+def read(raw: RawFile, options: ReadOptions) -> Clip:
+    """Read an archive by its keys.
+
+    Raises:
+        ClipError: broken archive, or no known set of keys.
+    """
+    data = _arrays(raw)
+    if "poses" in data and "trans" in data:
+        return smpl.read(raw, data, options)
+    if "dof_positions" in data and "body_positions" in data:
+        return _isaac_amp(raw, data, options)
+    if "joint_pos" in data and "body_pos_w" in data:
+        return _motion(raw, data, options)
+    raise ClipError(
+        raw.name,
+        found=f"keys {', '.join(data)}",
+        expected="poses + trans (AMASS), joint_pos + body_pos_w (BeyondMimic, ours) or dof_positions (Isaac AMP)",
+    )
+
+
+def _arrays(raw: RawFile) -> dict[str, ndarray]:
+    """Every array of the archive that needs no unpickling; object arrays are left alone."""
+    arrays = {}
+    try:
+        with np.load(io.BytesIO(raw.data), allow_pickle=False) as archive:
+            for key in archive.files:
+                try:
+                    arrays[key] = archive[key]
+                except ValueError:  # an object array, which only unpickling could open
+                    continue
+    except (OSError, ValueError, EOFError, KeyError) as e:
+        raise ClipError(raw.name, found=f"a broken archive ({e})", expected="a whole .npz") from e
+    return arrays
+
+
+def rate(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions, *keys: str) -> tuple[float, Finding]:
+    """Frame rate from the options or the first key that is there."""
+    if options.fps is not None:
+        return options.fps, Finding(
+            what="fps", value=f"{options.fps:.6g}", why="given", confidence="stated", option="fps"
+        )
+    for key in keys:
+        if key in data and np.size(data[key]) == 1:
+            fps = float(np.reshape(data[key], -1)[0])
+            return fps, Finding(what="fps", value=f"{fps:.6g}", why=f"key '{key}'", confidence="stated", option="fps")
+    raise raw.no_fps()
+
+
+def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:
+    """BeyondMimic's keys: with names (ours), or without, when the order is found by forward kinematics."""
+    fps, finding = rate(raw, data, options, "fps")
+    count = data["joint_pos"].shape[1]
+    if "joint_names" in data and "meta" in data:
+        import json
+
+        meta = json.loads(str(data["meta"]))
+        robot, names = str(options.robot or meta["robot"]), tuple(map(str, data["joint_names"]))
+        order = Finding(what="joint order", value="by name", why="key 'joint_names'", confidence="stated")
+        dialect = "reference of this project"
+    else:
+        robot, depth_first, _ = choose_layout(raw, count, options)
+        names, order = _order_by_kinematics(raw, load_robot(robot), depth_first, data)
+        dialect = "BeyondMimic motion.npz"
+    return robot_clip(
+        raw,
+        dialect=dialect,
+        fps=fps,
+        robot=robot,
+        joint_names=names,
+        root_pos=np.asarray(data["body_pos_w"][:, 0], dtype=float),
+        root_quat=np.asarray(data["body_quat_w"][:, 0], dtype=float),
+        quat_order="wxyz",
+        joint_pos=np.asarray(data["joint_pos"], dtype=float),
+        options=options,
+        findings=[finding, order],
+    )
+
+
+def _order_by_kinematics(
+    raw: RawFile, robot: RobotModel, depth_first: tuple[str, ...], data: Mapping[str, ndarray]
+) -> tuple[tuple[str, ...], Finding]:
+    """MuJoCo's depth-first or Isaac's breadth-first order, whichever reproduces the stored bodies."""
+    frames = np.unique(np.linspace(0, len(data["joint_pos"]) - 1, 20).astype(int))
+    stored = np.asarray(data["body_pos_w"], dtype=float)[frames]
+    misses = {}
+    for label, names in (("MuJoCo depth-first", depth_first), ("Isaac breadth-first", breadth_first(robot))):
+        if stored.shape[1] != len(robot.body_names):
+            break
+        qpos = np.tile(robot.default_qpos, (len(frames), 1))
+        qpos[:, :3], qpos[:, 3:7] = stored[:, 0], data["body_quat_w"][frames, 0]
+        qpos[:, [7 + robot.joint(n) for n in names]] = data["joint_pos"][frames]
+        pos, _ = forward_kinematics(robot, qpos)
+        joints = [robot.joint(n) for n in names]
+        bodies = [0, *(1 + j for j in joints)]  # body i + 1 is moved by joint i in either order
+        misses[label] = (float(np.abs(pos[:, bodies] - stored).max()), names)
+    if misses:
+        best = min(misses, key=lambda k: misses[k][0])
+        others = ", ".join(f"{k} misses by {1000 * v[0]:.0f} mm" for k, v in misses.items() if k != best)
+        if misses[best][0] < _BODY_TOLERANCE:
+            why = f"forward kinematics reproduces body_pos_w to {1000 * misses[best][0]:.2g} mm; {others}"
+            return misses[best][1], Finding(what="joint order", value=best, why=why, confidence="measured")
+    found = ", ".join(f"{k} misses by {1000 * v[0]:.0f} mm" for k, v in misses.items()) or f"{stored.shape[1]} bodies"
+    raise ClipError(
+        raw.name, found=f"bodies that no joint order of {robot.name} reproduces ({found})",
+        expected="body_pos_w that follows from joint_pos", cure="name the robot it was made for", option="robot",
+        suggestion="my_robot.toml",
+    )  # fmt: skip
+
+
+def breadth_first(robot: RobotModel) -> tuple[str, ...]:
+    """Joint names in Isaac's order: level by level down the tree, siblings in file order."""
+    m = robot.model
+    level = [robot.body_ids[0]]
+    names = []
+    while level:
+        level = [b for parent in level for b in range(1, m.nbody) if m.body_parentid[b] == parent and b != parent]
+        names += [m.joint(int(m.body_jntadr[b])).name for b in level if m.body_jntnum[b]]
+    return tuple(names)
+
+
+def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:
+    """Isaac AMP: named joints and bodies, both breadth-first; wxyz."""
+    fps, finding = rate(raw, data, options, "fps")
+    names, bodies = tuple(map(str, data["dof_names"])), list(map(str, data["body_names"]))
+    if options.robot:
+        robot = options.robot
+    else:
+        robot, _, _ = choose_layout(raw, len(names), options)
+    root = load_robot(robot).body_names[0]
+    if root not in bodies:
+        raise ClipError(
+            f"{raw.name}, body_names", found=", ".join(bodies[:4]) + " ...", expected=f"{robot}'s root '{root}'"
+        )
+    return robot_clip(
+        raw,
+        dialect="Isaac AMP npz",
+        fps=fps,
+        robot=robot,
+        joint_names=names,
+        root_pos=np.asarray(data["body_positions"][:, bodies.index(root)], dtype=float),
+        root_quat=rot.normalise(np.asarray(data["body_rotations"][:, bodies.index(root)], dtype=float)),
+        quat_order="wxyz",
+        joint_pos=np.asarray(data["dof_positions"], dtype=float),
+        options=options,
+        findings=[finding, Finding(what="joint order", value="by name", why="key 'dof_names'", confidence="stated")],
+    )

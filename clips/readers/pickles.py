@@ -1,0 +1,207 @@
+"""Pickles of the field (GMR, PHC / ASAP / PBHC through joblib, MimicKit), opened without running a stranger's code.
+
+The unpickler can rebuild numpy arrays and plain containers. Everything else that a pickle asks for is refused by
+name before it is called.
+"""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import io
+import lzma
+import pickle
+import zlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from clips.clip import RobotClip
+from clips.errors import ClipError
+from clips.joint_space import choose_layout, robot_clip
+from clips.source import MAX_BYTES, Finding, RawFile, ReadOptions
+from robot_models import rotation as rot
+
+_ALLOWED = {
+    ("numpy", "ndarray"), ("numpy", "dtype"), ("collections", "OrderedDict"),
+    *((m, f) for m in ("numpy.core.multiarray", "numpy._core.multiarray") for f in ("_reconstruct", "scalar")),
+    *((m, "_frombuffer") for m in ("numpy.core.numeric", "numpy._core.numeric")),
+}  # fmt: skip
+_OPENERS = {
+    b"\x1f\x8b": lambda f: gzip.GzipFile(fileobj=f),
+    b"BZ": bz2.BZ2File,
+    b"\xfd7zXZ": lzma.LZMAFile,
+    b"\x5d\x00": lzma.LZMAFile,
+}
+_ZLIB = b"\x78"  # joblib's default
+
+
+def recognises(raw: RawFile) -> bool:
+    """A pickle of protocol 2 or later, bare or compressed by joblib."""
+    return (raw.head[:1] == b"\x80" and raw.head[1:2] in b"\x02\x03\x04\x05") or raw.head.startswith((_ZLIB, *_OPENERS))
+
+
+def read(raw: RawFile, options: ReadOptions) -> RobotClip:
+    """Read a pickle by the keys it holds.
+
+    Raises:
+        ClipError: it asks for code, or holds none of the known layouts.
+    """
+    content = load(raw)
+    if isinstance(content, Mapping) and len(content) == 1 and isinstance(next(iter(content.values())), Mapping):
+        return _phc(raw, next(iter(content.values())), options)
+    if isinstance(content, Mapping) and {"root_pos", "root_rot", "dof_pos"} <= set(content):
+        return _gmr(raw, content, options)
+    if isinstance(content, Mapping) and "frames" in content:
+        return _mimickit(raw, content, options)
+    if isinstance(content, Mapping) and "root_trans_offset" in content:
+        return _phc(raw, content, options)
+    if isinstance(content, Mapping) and len(content) > 1 and all(isinstance(v, Mapping) for v in content.values()):
+        raise ClipError(
+            raw.name, found=f"{len(content)} clips ({', '.join(map(str, list(content)[:4]))} ...)", expected="one clip",
+            cure="save the clip you want alone",
+        )  # fmt: skip
+    keys = ", ".join(map(str, content)) if isinstance(content, Mapping) else type(content).__name__
+    raise ClipError(
+        raw.name,
+        found=f"a pickle with {keys}",
+        expected="GMR (root_pos, root_rot, dof_pos), PHC/ASAP/PBHC (root_trans_offset, dof) or MimicKit (frames)",
+    )
+
+
+def load(raw: RawFile) -> Any:
+    """Unpickle plain data; joblib's compressed and array-appending form too.
+
+    Raises:
+        ClipError: the pickle names anything but numpy arrays and plain containers, or is broken.
+    """
+    from joblib import numpy_pickle
+
+    class ArrayOnly(numpy_pickle.NumpyArrayWrapper):  # type: ignore[misc]
+        """joblib's array wrapper, which would unpickle object arrays freely."""
+
+        def read_array(self, unpickler: Any, *args: Any, **kwargs: Any) -> ndarray:
+            if self.dtype.hasobject:
+                raise ClipError(raw.name, found="an array of Python objects", expected="arrays of numbers")
+            return np.asarray(super().read_array(unpickler, *args, **kwargs))
+
+    class Plain(numpy_pickle.NumpyUnpickler):  # type: ignore[misc]
+        """Unpickler with an allow-list."""
+
+        def find_class(self, module: str, name: str) -> Any:
+            if (module, name) == ("joblib.numpy_pickle", "NumpyArrayWrapper"):
+                return ArrayOnly
+            if (module, name) == ("_codecs", "encode"):  # how protocol 2 spells bytes
+                return lambda text, _: text.encode("latin1")
+            if (module, name) in _ALLOWED:
+                return super().find_class(module, name)
+            raise ClipError(
+                raw.name, found=f"a pickle that wants to call {module}.{name}", expected="numpy arrays and plain containers",
+                cure="do not open it elsewhere unless you trust whoever made it",
+            )  # fmt: skip
+
+    try:
+        return Plain(str(raw.path), io.BytesIO(_unpacked(raw)), ensure_native_byte_order=True).load()
+    except ClipError:
+        raise
+    except (
+        pickle.UnpicklingError,
+        EOFError,
+        ValueError,
+        KeyError,
+        IndexError,
+        TypeError,
+        AttributeError,
+        OSError,
+        zlib.error,
+        lzma.LZMAError,
+    ) as e:
+        raise ClipError(raw.name, found=f"a broken pickle ({e})", expected="a whole one") from e
+
+
+def _unpacked(raw: RawFile) -> bytes:
+    """The pickle stream itself, decompressed up to the size limit of any file."""
+    if raw.head.startswith(_ZLIB):
+        data = zlib.decompressobj().decompress(raw.data, MAX_BYTES)
+    else:
+        opener = next((o for magic, o in _OPENERS.items() if raw.head.startswith(magic)), None)
+        data = opener(io.BytesIO(raw.data)).read(MAX_BYTES) if opener else raw.data
+    if len(data) >= MAX_BYTES:
+        raise ClipError(raw.name, found=f"over {MAX_BYTES} bytes once unpacked", expected="a motion clip")
+    return bytes(data)
+
+
+def _gmr(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> RobotClip:
+    return _joint_space(
+        raw,
+        "GMR pickle",
+        content.get("fps"),
+        content["root_pos"],
+        content["root_rot"],
+        "xyzw",
+        content["dof_pos"],
+        options,
+    )
+
+
+def _phc(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> RobotClip:
+    missing = {"root_trans_offset", "root_rot", "dof"} - set(content)
+    if missing:
+        raise ClipError(
+            raw.name,
+            found=f"no {', '.join(sorted(missing))} among {', '.join(content)}",
+            expected="a PHC/ASAP/PBHC clip",
+        )
+    return _joint_space(
+        raw, "PHC/ASAP/PBHC pickle", content.get("fps"), content["root_trans_offset"], content["root_rot"], "xyzw",
+        content["dof"], options,
+    )  # fmt: skip
+
+
+def _mimickit(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> RobotClip:
+    frames = _numbers(raw, "frames", content["frames"])
+    quat = rot.exp(frames[:, 3:6])
+    return _joint_space(
+        raw, "MimicKit pickle", content.get("fps"), frames[:, :3], quat, "wxyz", frames[:, 6:], options,
+        conversions=["root rotation vector -> quaternion"],
+    )  # fmt: skip
+
+
+def _joint_space(
+    raw: RawFile, dialect: str, fps: Any, pos: Any, quat: Any, order: str, dof: Any, options: ReadOptions,
+    conversions: Sequence[str] = (),
+) -> RobotClip:  # fmt: skip
+    if fps is None and options.fps is None:
+        raise raw.no_fps()
+    rate = float(options.fps if options.fps is not None else np.asarray(fps).reshape(-1)[0])
+    why = "given" if options.fps is not None else "key 'fps'"
+    joints = _numbers(raw, "joint angles", dof)
+    robot, names, finding = choose_layout(raw, joints.shape[1], options)
+    return robot_clip(
+        raw,
+        dialect=dialect,
+        fps=rate,
+        robot=robot,
+        joint_names=names,
+        root_pos=_numbers(raw, "root position", pos),
+        root_quat=_numbers(raw, "root rotation", quat),
+        quat_order=order,
+        joint_pos=joints,
+        options=options,
+        findings=[Finding(what="fps", value=f"{rate:.6g}", why=why, confidence="stated", option="fps"), finding],
+        conversions=conversions,
+    )
+
+
+def _numbers(raw: RawFile, what: str, value: Any) -> ndarray:
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError) as e:
+        raise ClipError(f"{raw.name}, {what}", found=f"no numbers ({e})", expected="a table of numbers") from e
+    if array.ndim == 3 and array.shape[-1] == 1:
+        array = array[..., 0]
+    if array.ndim != 2:
+        raise ClipError(f"{raw.name}, {what}", found=f"an array of shape {array.shape}", expected="frames by columns")
+    return array

@@ -1,0 +1,233 @@
+"""`Reference`: what the robot shall do, and its file, `*.npz` of format version 1 (docs/formats.md).
+
+The first seven keys are those of mjlab's and BeyondMimic's `motion.npz` in MuJoCo order, so that their trackers
+load the file unchanged. A reader recomputes the forward kinematics and refuses a file whose bodies do not follow
+from its joints.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray
+
+from clips.errors import ReferenceFileError
+from clips.files import write_whole
+from robot_models import CONTACT_NAMES, RobotModel, forward_kinematics
+from robot_models import rotation as rot
+
+FORMAT_VERSION = 1
+FREE, PLANTED, PIVOTING = 0, 1, 2
+_TOLERANCE = {"float64": 1e-9, "float32": 1e-5}  # of stored body poses against forward kinematics [m, rad]
+_KEYS = (
+    "fps", "joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w",
+    "joint_names", "body_names", "contact", "contact_names", "segments", "meta",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reference:
+    """Motion for one robot on a uniform time grid. T frames, J joints, B bodies, S segments."""
+
+    robot: str  # key in the robot catalogue
+    robot_hash: str
+    fps: float
+    joint_names: tuple[str, ...]
+    body_names: tuple[str, ...]  # body 0 is the root
+    joint_pos: Float[ndarray, "T J"]  # [rad]
+    joint_vel: Float[ndarray, "T J"]  # [rad/s]
+    body_pos_w: Float[ndarray, "T B 3"]  # [m], world frame
+    body_quat_w: Float[ndarray, "T B 4"]  # wxyz, world_from_body, sign-continuous in T
+    body_lin_vel_w: Float[ndarray, "T B 3"]  # [m/s], of the body origin
+    body_ang_vel_w: Float[ndarray, "T B 3"]  # [rad/s], world frame
+    contact: Int[ndarray, "T F"]  # per sole edge: FREE, PLANTED or PIVOTING
+    segments: Int[ndarray, "S 3"]  # start, end, 1 if continuous with the one before
+    meta: Mapping[str, Any]  # the rest of the JSON entry: source, config, versions, report
+
+    def __post_init__(self) -> None:
+        for name in ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w"):
+            array = np.array(getattr(self, name))
+            if len(array) != self.frames or not np.isfinite(array).all():
+                raise ReferenceFileError(
+                    f"reference, {name}", found=f"shape {array.shape} or numbers that are not finite",
+                    expected=f"{self.frames} finite frames",
+                )  # fmt: skip
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def frames(self) -> int:
+        """Number of frames T."""
+        return len(self.joint_pos)
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first to the last frame [s]."""
+        return (self.frames - 1) / self.fps
+
+    @property
+    def qpos(self) -> Float[ndarray, "T nq"]:
+        """MuJoCo's qpos: root position, root wxyz, joints."""
+        return np.concatenate((self.body_pos_w[:, 0], self.body_quat_w[:, 0], self.joint_pos), axis=1)
+
+    @property
+    def qvel(self) -> Float[ndarray, "T nv"]:
+        """MuJoCo's qvel: the root's linear velocity in the world frame, its angular velocity in the body frame."""
+        spin_b = rot.rotate(rot.conjugate(self.body_quat_w[:, 0]), self.body_ang_vel_w[:, 0])
+        return np.concatenate((self.body_lin_vel_w[:, 0], spin_b, self.joint_vel), axis=1)
+
+    @property
+    def dance(self) -> slice:
+        """Frames of the dance itself, between lead-in and lead-out."""
+        kinds = list(self.meta.get("segment_names", ()))
+        if "dance" not in kinds:
+            return slice(0, self.frames)
+        start, end, _ = self.segments[kinds.index("dance")]
+        return slice(int(start), int(end))
+
+
+def make_reference(
+    robot: RobotModel,
+    qpos: Float[ndarray, "T nq"],
+    fps: float,
+    *,
+    contact: Int[ndarray, "T F"],
+    segments: Int[ndarray, "S 3"],
+    meta: Mapping[str, Any],
+) -> Reference:
+    """A reference whose bodies and velocities follow from qpos: central differences, angular by the log map."""
+    dt = 1.0 / fps
+    pos, quat = forward_kinematics(robot, qpos)
+    return Reference(
+        robot=robot.name,
+        robot_hash=robot.hash,
+        fps=fps,
+        joint_names=robot.joint_names,
+        body_names=robot.body_names,
+        joint_pos=qpos[:, 7:],
+        joint_vel=rot.linear_velocity(qpos[:, 7:], dt),
+        body_pos_w=pos,
+        body_quat_w=quat,
+        body_lin_vel_w=rot.linear_velocity(pos, dt),
+        body_ang_vel_w=rot.angular_velocity(quat, dt),
+        contact=np.asarray(contact, dtype=np.int8),
+        segments=np.asarray(segments, dtype=np.int64),
+        meta=meta,
+    )
+
+
+def save_reference(reference: Reference, path: Path, *, float32: bool = False) -> None:
+    """Write the file whole or not at all.
+
+    Raises:
+        DanceError: the folder is absent, read-only or full.
+    """
+    kind = np.float32 if float32 else np.float64
+    meta = {
+        "format_version": FORMAT_VERSION,
+        "units": "m, rad, s",
+        "quaternion_order": "wxyz",
+        "world_frame": "right-handed, z up",
+        "robot": reference.robot,
+        "robot_hash": reference.robot_hash,
+        **reference.meta,
+    }
+    arrays = {k: getattr(reference, k).astype(kind) for k in _KEYS[1:7]}
+    with write_whole(path) as stream:
+        np.savez(
+            stream,
+            fps=np.array([reference.fps]),
+            **arrays,
+            joint_names=np.array(reference.joint_names),
+            body_names=np.array(reference.body_names),
+            contact=reference.contact,
+            contact_names=np.array(CONTACT_NAMES),
+            segments=reference.segments,
+            meta=np.array(json.dumps(meta, ensure_ascii=False, sort_keys=True)),
+        )
+
+
+def load_reference(path: Path, robot: RobotModel | None = None) -> Reference:
+    """Read a reference file; with the robot at hand, check it against the robot's forward kinematics.
+
+    Raises:
+        ReferenceFileError: not such a file, a later format, names missing, or numbers that contradict each other.
+    """
+    where = str(path)
+    data = _read_arrays(path)
+    meta = json.loads(str(data["meta"]))
+    if meta.get("format_version") != FORMAT_VERSION:
+        raise ReferenceFileError(
+            where, found=f"format version {meta.get('format_version')}", expected=f"version {FORMAT_VERSION}",
+            cure="use the release that wrote it, or retarget the clip again",
+        )  # fmt: skip
+    if tuple(map(str, data["contact_names"])) != CONTACT_NAMES:
+        raise ReferenceFileError(
+            where, found=f"contact names {list(data['contact_names'])}", expected=f"{list(CONTACT_NAMES)}"
+        )
+    reference = Reference(
+        robot=meta["robot"],
+        robot_hash=meta["robot_hash"],
+        fps=float(data["fps"][0]),
+        joint_names=tuple(map(str, data["joint_names"])),
+        body_names=tuple(map(str, data["body_names"])),
+        **{k: data[k] for k in _KEYS[1:7]},
+        contact=data["contact"],
+        segments=data["segments"],
+        meta={k: v for k, v in meta.items() if k not in _STATED},
+    )
+    if robot is not None:
+        _check_against(reference, robot, where)
+    return reference
+
+
+_STATED = ("format_version", "units", "quaternion_order", "world_frame", "robot", "robot_hash")
+
+
+def _read_arrays(path: Path) -> dict[str, ndarray]:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            missing = [k for k in _KEYS if k not in archive.files]
+            if missing:
+                raise ReferenceFileError(
+                    str(path), found=f"no key {', '.join(missing)}", expected="a reference made by this project",
+                    cure="make one from the clip with dance-retarget",
+                )  # fmt: skip
+            return {k: archive[k] for k in _KEYS}
+    except FileNotFoundError as e:
+        raise ReferenceFileError(str(path), found="no such file", expected="a reference (.npz)") from e
+    except (OSError, ValueError, EOFError) as e:
+        raise ReferenceFileError(str(path), found=f"a file that is no npz archive ({e})", expected="a reference") from e
+
+
+def _check_against(reference: Reference, robot: RobotModel, where: str) -> None:
+    if reference.joint_names != robot.joint_names or reference.body_names != robot.body_names:
+        odd = [
+            n
+            for n in (*reference.joint_names, *reference.body_names)
+            if n not in (*robot.joint_names, *robot.body_names)
+        ]
+        raise ReferenceFileError(
+            where, found=f"names or order that are not {robot.name}'s ({', '.join(odd[:5]) or 'another order'})",
+            expected=f"{robot.name}'s {len(robot.joint_names)} joints and {len(robot.body_names)} bodies",
+        )  # fmt: skip
+    if reference.robot_hash != robot.hash:
+        raise ReferenceFileError(
+            where, found=f"robot hash {reference.robot_hash[:12]}", expected=f"{robot.hash[:12]} of '{robot.name}' as it is now",
+            cure="the robot changed since: retarget the clip again",
+        )  # fmt: skip
+    pos, quat = forward_kinematics(robot, reference.qpos)
+    tolerance = _TOLERANCE["float32" if reference.joint_pos.dtype == np.float32 else "float64"]
+    off = float(np.abs(pos - reference.body_pos_w).max())
+    turned = float(rot.angle_between(quat, rot.normalise(reference.body_quat_w)).max())
+    if off > tolerance or turned > 10 * tolerance:
+        raise ReferenceFileError(
+            where, found=f"bodies {off:.2g} m and {turned:.2g} rad away from the forward kinematics of the joints",
+            expected=f"at most {tolerance:g} m", cure="the file was edited or mixed: retarget the clip again",
+        )  # fmt: skip

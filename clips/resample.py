@@ -1,0 +1,71 @@
+"""Resampling by time: positions by cubic splines, rotations by slerp, the duration kept to one frame."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.clip import Clip, HumanClip
+from robot_models import rotation as rot
+
+
+def resample(clip: Clip, fps: float) -> Clip:
+    """The same motion at another frame rate; the first frame stays, the last sample is never past the last frame."""
+    if abs(fps - clip.fps) < 1e-9 * fps:
+        return clip
+    times = new_times(clip.frames, clip.fps, fps)
+    source = clip.source.noting(f"resampled {clip.fps:.6g} -> {fps:.6g} fps ({clip.frames} -> {len(times)} frames)")
+    if isinstance(clip, HumanClip):
+        turns = None if clip.orientations is None else sample_quat(clip.orientations, times)
+        return replace(clip, fps=fps, positions=sample(clip.positions, times), orientations=turns, source=source)
+    return replace(
+        clip,
+        fps=fps,
+        root_pos=sample(clip.root_pos, times),
+        root_quat=sample_quat(clip.root_quat, times),
+        joint_pos=sample(clip.joint_pos, times),
+        source=source,
+    )
+
+
+def new_times(frames: int, fps_in: float, fps_out: float) -> Float[ndarray, "N"]:
+    """Sample times in units of input frames, from 0 to at most the last frame."""
+    count = int(np.floor((frames - 1) / fps_in * fps_out + 1e-9)) + 1
+    return np.minimum(np.arange(count) * (fps_in / fps_out), frames - 1.0)
+
+
+def sample(x: Float[ndarray, "T ..."], times: Float[ndarray, "N"]) -> Float[ndarray, "N ..."]:
+    """Values at fractional frames by a natural cubic spline (fourth order inside)."""
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(np.arange(len(x)), x, axis=0, bc_type="natural")(times))
+
+
+def sample_quat(q: Float[ndarray, "T ... 4"], times: Float[ndarray, "N"]) -> Float[ndarray, "N ... 4"]:
+    """Rotations at fractional frames by slerp between neighbours."""
+    low = np.minimum(times.astype(int), len(q) - 2)
+    part = (times - low).reshape(-1, *[1] * (q.ndim - 2))
+    return rot.continuous(rot.normalise(rot.slerp(q[low], q[low + 1], np.broadcast_to(part, q[low].shape[:-1]))))
+
+
+def cut(clip: Clip, start_s: float, end_s: float | None) -> Clip:
+    """The frames from `start_s` to `end_s` seconds, both ends included."""
+    first = round(start_s * clip.fps)
+    last = clip.frames if end_s is None else min(clip.frames, round(end_s * clip.fps) + 1)
+    if first == 0 and last == clip.frames:
+        return clip
+    source = clip.source.noting(f"cut to frames [{first}, {last})")
+    part = slice(first, last)
+    if isinstance(clip, HumanClip):
+        turns = None if clip.orientations is None else clip.orientations[part]
+        return replace(clip, positions=clip.positions[part], orientations=turns, source=source)
+    return replace(
+        clip,
+        root_pos=clip.root_pos[part],
+        root_quat=clip.root_quat[part],
+        joint_pos=clip.joint_pos[part],
+        source=source,
+    )

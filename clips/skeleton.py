@@ -1,0 +1,106 @@
+"""Which point of a skeleton is the left knee: names to landmarks, for any naming custom of the field."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.errors import ClipError
+from clips.source import UNITS, Finding, ReadOptions
+
+# Names without side, first match wins. The order settles the customs that clash: `LeftShoulder` is a collar bone
+# where a `LeftArm` exists; `left_foot` is the toe base where a `left_ankle` exists; `LeftLeg` is the shin.
+_SIDED = {
+    "hip": ("upleg", "upperleg", "thigh", "femur", "hip"),
+    "knee": ("knee", "lowerleg", "calf", "shin", "tibia", "leg"),
+    "ankle": ("ankle", "foot"),
+    "toe": ("toebase", "toe", "toes", "ball", "foot"),
+    "shoulder": ("upperarm", "arm", "humerus", "shoulder"),
+    "elbow": ("elbow", "forearm", "lowerarm", "radius"),
+    "wrist": ("wrist", "hand"),
+}
+_MIDDLE = {
+    "pelvis": ("pelvis", "hips", "hip", "midhip", "root", "lowerback"),
+    "chest": ("chest4", "chest3", "spine3", "chest2", "spine2", "upperchest", "chest", "torso", "spine1", "thorax"),
+    "neck": ("neck", "neck1"),
+    "head": ("head", "nose"),
+}
+_LEG_SHARE = 0.491  # thigh + shank over stature (Drillis & Contini 1966: .245 + .246)
+
+
+def find_landmarks(names: Sequence[str]) -> dict[str, str]:
+    """Landmark -> point name, for every landmark that a name tells."""
+    plain = {_split(n): n for n in reversed(names)}
+    found: dict[str, str] = {}
+    for side in ("left", "right"):
+        for part, customs in _SIDED.items():
+            taken = set(found.values())
+            hits = [plain[side, c] for c in customs if (side, c) in plain and plain[side, c] not in taken]
+            if hits:
+                found[f"{side}_{part}"] = hits[0]
+    for part, customs in _MIDDLE.items():
+        hits = [plain["", c] for c in customs if ("", c) in plain]
+        if hits:
+            found[part] = hits[0]
+    return found
+
+
+def _split(name: str) -> tuple[str, str]:
+    """Side ("left", "right" or "") and bare lower-case name: `mixamorig:LeftUpLeg` -> ("left", "upleg")."""
+    bare = re.sub(r"^(.*[:|])|^(bip\d*|joint|j)[_ ]", "", name, flags=re.IGNORECASE).strip()
+    for side in ("left", "right"):
+        if re.match(side, bare, re.IGNORECASE) or re.search(rf"{side}$", bare, re.IGNORECASE):
+            return side, _letters(re.sub(side, "", bare, count=1, flags=re.IGNORECASE))
+    match = re.match(r"^([lrLR])(?=[_ .A-Z])[_ .]?(.*)$", bare) or re.match(r"^(.*?)[_ .]([lrLR])$", bare)
+    if match:
+        a, b = match.groups()
+        letter, rest = (a, b) if len(a) == 1 and a in "lrLR" else (b, a)
+        return ("left" if letter in "lL" else "right"), _letters(rest)
+    return "", _letters(bare)
+
+
+def _letters(text: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", text.lower())
+
+
+def find_unit(legs: Float[ndarray, "T 2"], options: ReadOptions, where: str) -> tuple[float, Finding]:
+    """Metres per file unit from the length of the legs (hip to knee to ankle, in file units).
+
+    A person's legs are 0.62 to 1.05 m long, so at most one customary unit fits. Where none does, only the subject's
+    stature can settle the scale; 1.70 m is assumed and said.
+    """
+    leg = float(np.median(legs))
+    if not leg > 0.0:
+        raise ClipError(where, found="legs of length zero", expected="hips, knees and ankles in different places")
+    if options.unit is not None:
+        scale = UNITS[options.unit] if options.unit in UNITS else float(options.unit)
+        return scale, Finding(what="unit", value=options.unit, why="given", confidence="stated", option="unit")
+    if options.stature is not None:
+        scale = options.stature * _LEG_SHARE / leg
+        why = f"stature {options.stature} m given"
+        return scale, Finding(what="unit", value=f"{scale:.4g} m", why=why, confidence="stated", option="stature")
+    fits = [u for u, s in UNITS.items() if 0.62 <= leg * s <= 1.05]
+    if fits:
+        why = f"legs of {leg:.4g} units would be {leg * UNITS[fits[0]]:.2f} m; a person's are 0.62 to 1.05 m"
+        return UNITS[fits[0]], Finding(what="unit", value=fits[0], why=why, confidence="measured", option="unit")
+    scale = 1.70 * _LEG_SHARE / leg
+    why = f"legs of {leg:.4g} units fit no customary unit; a stature of 1.70 m is assumed"
+    return scale, Finding(what="unit", value=f"{scale:.4g} m", why=why, confidence="assumed", option="stature")
+
+
+def stature(legs: Float[ndarray, "T 2"]) -> float:
+    """Height of a person from the leg length [m]: the only segment that every skeleton has whole."""
+    return float(np.median(legs)) / _LEG_SHARE
+
+
+def leg_lengths(positions: Float[ndarray, "T K 3"], names: Sequence[str], landmarks: Mapping[str, str]) -> ndarray:
+    """Hip to knee to ankle per frame and side, in the unit of the positions."""
+    legs = []
+    for side in ("left", "right"):
+        chain = [positions[:, list(names).index(landmarks[f"{side}_{p}"])] for p in ("hip", "knee", "ankle")]
+        legs.append(np.linalg.norm(np.diff(chain, axis=0), axis=-1).sum(axis=0))
+    return np.stack(legs, axis=-1)

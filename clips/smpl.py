@@ -1,0 +1,99 @@
+"""SMPL, SMPL-H and SMPL-X poses on the mean skeleton: no body model is needed, and none is shipped.
+
+Offsets of the mean neutral shape, from the MJCF humanoid of ZhengyiLuo/PHC. A file's own `betas` only set the
+stature where the user states it; bone proportions stay those of the mean person, and the clip's source says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy import ndarray
+
+from clips.clip import HumanClip
+from clips.errors import ClipError
+from clips.human import human_clip
+from clips.source import Finding, RawFile, ReadOptions
+from robot_models import rotation as rot
+
+# name, parent, offset to the parent in metres in the model's axes (x left, y up, z forward)
+_JOINTS = (
+    ("pelvis", -1, (-0.0018, -0.2233, 0.0282)),
+    ("left_hip", 0, (0.0695, -0.0914, -0.0068)),
+    ("right_hip", 0, (-0.0677, -0.0905, -0.0043)),
+    ("spine1", 0, (-0.0025, 0.109, -0.0267)),
+    ("left_knee", 1, (0.0343, -0.3752, -0.0045)),
+    ("right_knee", 2, (-0.0383, -0.3826, -0.0089)),
+    ("spine2", 3, (0.0055, 0.1352, 0.0011)),
+    ("left_ankle", 4, (-0.0136, -0.398, -0.0437)),
+    ("right_ankle", 5, (0.0158, -0.3984, -0.0423)),
+    ("spine3", 6, (0.0015, 0.0529, 0.0254)),
+    ("left_foot", 7, (0.0264, -0.0558, 0.1193)),
+    ("right_foot", 8, (-0.0254, -0.0481, 0.1233)),
+    ("neck", 9, (-0.0028, 0.2139, -0.0429)),
+    ("left_collar", 9, (0.0788, 0.1217, -0.0341)),
+    ("right_collar", 9, (-0.0818, 0.1188, -0.0386)),
+    ("head", 12, (0.0052, 0.065, 0.0513)),
+    ("left_shoulder", 13, (0.091, 0.0305, -0.0089)),
+    ("right_shoulder", 14, (-0.096, 0.0326, -0.0091)),
+    ("left_elbow", 16, (0.2596, -0.0128, -0.0275)),
+    ("right_elbow", 17, (-0.2537, -0.0133, -0.0214)),
+    ("left_wrist", 18, (0.2492, 0.009, -0.0012)),
+    ("right_wrist", 19, (-0.2553, 0.0078, -0.0056)),
+)
+_FAMILY = {66: "body", 72: "SMPL", 156: "SMPL-H", 165: "SMPL-X"}
+
+
+def read(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> HumanClip:
+    """Points and orientations of 22 joints from axis-angle poses.
+
+    Args:
+        raw: the file.
+        data: its arrays; `poses` (T, 66 | 72 | 156 | 165) axis-angle [rad], `trans` (T, 3) [m].
+        options: what the user states.
+
+    Raises:
+        ClipError: another number of pose values, or no frame rate.
+    """
+    from clips.readers.npz import rate
+
+    poses, trans = np.asarray(data["poses"], dtype=float), np.asarray(data["trans"], dtype=float)
+    if poses.ndim != 2 or poses.shape[1] not in _FAMILY or len(poses) != len(trans):
+        raise ClipError(
+            f"{raw.name}, poses", found=f"shape {poses.shape} with trans {trans.shape}",
+            expected="frames by 66, 72 (SMPL), 156 (SMPL-H) or 165 (SMPL-X)",
+        )  # fmt: skip
+    # AMASS spells the key in two ways: SMPL-H files without, SMPL-X files with the second underscore.
+    fps, finding = rate(raw, data, options, "mocap_framerate", "mocap_frame_rate", "fps")
+    positions, orientations = _pose(rot.exp(poses[:, : 3 * len(_JOINTS)].reshape(len(poses), -1, 3)), trans)
+    family = _FAMILY[poses.shape[1]]
+    skeleton = Finding(
+        what="skeleton", value="mean SMPL proportions", why="the file holds poses, not a body; betas are not applied",
+        confidence="assumed", option="stature",
+    )  # fmt: skip
+    names = [j[0] for j in _JOINTS]
+    return human_clip(
+        raw,
+        dialect=f"AMASS-like {family} poses, {poses.shape[1]} values",
+        fps=fps,
+        names=names,
+        positions=positions,
+        orientations=orientations,
+        parents=[j[1] for j in _JOINTS],
+        options=options,
+        findings=[finding, skeleton],
+    )
+
+
+def _pose(turns: ndarray, trans: ndarray) -> tuple[ndarray, ndarray]:
+    """World positions and orientations; the root's own offset is part of SMPL's translation."""
+    positions, orientations = np.zeros((*turns.shape[:2], 3)), np.zeros(turns.shape)
+    for i, (_, parent, offset) in enumerate(_JOINTS):
+        local = np.broadcast_to(np.array(offset), trans.shape)
+        if parent < 0:
+            positions[:, i], orientations[:, i] = trans + local, turns[:, i]
+        else:
+            positions[:, i] = positions[:, parent] + rot.rotate(orientations[:, parent], local)
+            orientations[:, i] = rot.multiply(orientations[:, parent], turns[:, i])
+    return positions, orientations

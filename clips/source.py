@@ -1,0 +1,142 @@
+"""Where a clip came from: the file, what was recognised in it and on which evidence, what was converted."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from clips.errors import ClipError
+
+MAX_BYTES = 1 << 30
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One decision about a file and the numbers that made it."""
+
+    what: str  # "quaternion order"
+    value: str  # "xyzw"
+    why: str  # the evidence, with numbers
+    confidence: Literal["stated", "measured", "assumed"]
+    option: str = ""  # the reading option that overrides it
+
+    def __str__(self) -> str:
+        return f"{self.what}: {self.value} ({self.confidence}: {self.why})"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClipSource:
+    """Provenance of a clip. It travels into the reference file, so it holds nothing that changes between runs."""
+
+    file: str  # name without folder
+    sha256: str
+    dialect: str
+    findings: tuple[Finding, ...] = ()
+    conversions: tuple[str, ...] = ()  # everything done to the numbers since, in order
+
+    def noting(self, *conversions: str) -> ClipSource:
+        """The same source with more conversions on record."""
+        return replace(self, conversions=(*self.conversions, *conversions))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadOptions:
+    """What the user states about a file; a statement beats every guess. None: find out or refuse."""
+
+    fps: float | None = None  # frames per second
+    unit: str | None = None  # "m", "cm", "mm", "inch", "cmu" (1/0.45 inch) or a number of metres
+    up: str | None = None  # "x", "y", "z", with a minus for the other way
+    stature: float | None = None  # height of the person [m]; settles the scale of a file in unknown units
+    quat_order: str | None = None  # "wxyz" or "xyzw"
+    robot: str | None = None  # the robot that a joint-space file was made for
+
+    def __post_init__(self) -> None:
+        _one_of("fps", self.fps, self.fps is None or 0.0 < self.fps < 10_000.0, "a number above 0")
+        _one_of("up", self.up, self.up in (None, "x", "y", "z", "-x", "-y", "-z"), "x, y, z, -x, -y or -z")
+        _one_of("quat_order", self.quat_order, self.quat_order in (None, "wxyz", "xyzw"), "wxyz or xyzw")
+        _one_of("stature", self.stature, self.stature is None or 0.3 < self.stature < 3.0, "metres, 0.3 to 3")
+        if self.unit is not None and self.unit not in UNITS:
+            try:
+                float(self.unit)
+            except ValueError:
+                _one_of("unit", self.unit, False, f"one of {', '.join(UNITS)} or a number of metres")
+
+
+# Metres per unit. CMU's skeletons are in inches times 0.45 (its own ASF files say so).
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}
+
+
+def _one_of(option: str, value: object, good: bool, expected: str) -> None:
+    if not good:
+        raise ClipError(f"option {option}", found=repr(value), expected=expected, option=option)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RawFile:
+    """A file read once: its bytes, and the helpers that every reader needs to speak of it."""
+
+    path: Path
+    data: bytes
+
+    @classmethod
+    def load(cls, path: Path) -> RawFile:
+        """Read a file whole.
+
+        Raises:
+            ClipError: no file, a folder, no right to read it, empty, or absurdly large.
+        """
+        if not path.is_file():
+            kind = "a folder" if path.is_dir() else "no such file"
+            raise ClipError(str(path), found=kind, expected="a motion file", cure="check the path")
+        size = path.stat().st_size
+        if not 0 < size <= MAX_BYTES:
+            raise ClipError(str(path), found=f"{size} bytes", expected=f"1 to {MAX_BYTES} bytes")
+        try:
+            return cls(path=path, data=path.read_bytes())
+        except OSError as e:
+            raise ClipError(
+                str(path), found=f"a file that cannot be read ({e.strerror})", expected="a readable file"
+            ) from e
+
+    @property
+    def name(self) -> str:
+        """File name for messages."""
+        return self.path.name
+
+    @property
+    def head(self) -> bytes:
+        """The first bytes, without a byte-order mark."""
+        return self.data[:4096].removeprefix(b"\xef\xbb\xbf")
+
+    def text(self) -> str:
+        """The whole file as text: UTF-8, else the encodings that Chinese and Windows tools write."""
+        for encoding in ("utf-8-sig", "gb18030", "utf-16"):
+            try:
+                return self.data.decode(encoding)
+            except UnicodeDecodeError:
+                continue
+        raise ClipError(self.name, found="bytes that are no text", expected="a text file")
+
+    def source(self, dialect: str, findings: Iterable[Finding], conversions: Iterable[str] = ()) -> ClipSource:
+        """Provenance of a clip read from this file."""
+        return ClipSource(
+            file=self.name,
+            sha256=hashlib.sha256(self.data).hexdigest(),
+            dialect=dialect,
+            findings=tuple(findings),
+            conversions=tuple(conversions),
+        )
+
+    def no_fps(self) -> ClipError:
+        """The refusal of a file that does not say its frame rate."""
+        return ClipError(
+            self.name,
+            found="no frame rate in the file (no time column, no '# fps:' line)",
+            expected="a stated one: a wrong guess would change every speed",
+            cure="state it",
+            option="fps",
+            suggestion="30",
+        )

@@ -1,0 +1,165 @@
+"""CSV and its kin as names and numbers: separators, headers, time columns and frame rates."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy import ndarray
+
+from clips.errors import ClipError
+from clips.source import RawFile
+
+_RATE = re.compile(r"^#\s*(?:fps|frame[_ ]?rate)\s*[:=]\s*([0-9.eE+-]+)\s*$", re.IGNORECASE)
+_TIME = {"time", "t", "time_s", "timestamp", "time(s)", "times", "sec", "seconds"}
+_MAX_JITTER = 0.05  # of a frame
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """Numbers of a table with the names of their columns, and its frame rate where the file tells one."""
+
+    raw: RawFile
+    columns: tuple[str, ...]  # () without a header
+    values: ndarray  # (T, C), NaN where a cell is empty; the time column is taken out
+    fps: float | None
+    fps_why: str
+    notes: tuple[str, ...]  # repairs made while reading
+
+    def column(self, name: str) -> ndarray:
+        """One column by name."""
+        return np.asarray(self.values[:, self.columns.index(name)])
+
+
+def looks_like_table(raw: RawFile) -> bool:
+    """Text whose first line that is no comment has two or more cells."""
+    if b"\0" in raw.head:
+        return False
+    for line in raw.head.decode("utf-8", errors="replace").splitlines():
+        if line.strip() and not line.startswith("#"):
+            return len(_split(line, _separator(line))) >= 2
+    return False
+
+
+def header(raw: RawFile) -> tuple[str, ...]:
+    """The cells of the first line that is no comment, if they are names; else ()."""
+    lines = (x for x in raw.head.decode("utf-8", errors="replace").splitlines() if x.strip() and not x.startswith("#"))
+    line = next(lines, "")
+    cells = tuple(c.strip().strip('"') for c in _split(line, _separator(line)))
+    return () if all(_is_number(c, _separator(line)) for c in cells if c) else cells
+
+
+def parse(raw: RawFile) -> Table:
+    """Split a table into names and numbers.
+
+    Raises:
+        ClipError: ragged rows, text among the numbers, or time that runs backwards.
+    """
+    lines = raw.text().splitlines()
+    notes = ["byte-order mark dropped"] if raw.data.startswith(b"\xef\xbb\xbf") else []
+    rates = [m.group(1) for line in lines[:20] if (m := _RATE.match(line.strip()))]
+    body = [(i + 1, line) for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    if len(body) < 2:
+        raise ClipError(raw.name, found=f"{len(body)} rows", expected="a row per frame")
+    separator = _separator(body[0][1])
+    if separator != ",":
+        notes.append(f"separator {separator!r}")
+    first = [c.strip().strip('"') for c in _split(body[0][1], separator)]
+    has_header = not all(_is_number(c, separator) for c in first if c)
+    rows = body[1:] if has_header else body
+    columns = tuple(first) if has_header else ()
+    values = _numbers(raw, rows, len(first), separator)
+    if columns and columns[-1] == "" and np.isnan(values[:, -1]).all():
+        columns, values = columns[:-1], values[:, :-1]
+        notes.append("empty last column dropped")
+    table = Table(raw=raw, columns=columns, values=values, fps=None, fps_why="", notes=tuple(notes))
+    return _with_rate(table, rates)
+
+
+def _separator(line: str) -> str:
+    return max((",", ";", "\t"), key=line.count) if any(s in line for s in ",;\t") else " "
+
+
+def _split(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return line.split()
+    return next(csv.reader([line], delimiter=separator))
+
+
+def _is_number(cell: str, separator: str) -> bool:
+    try:
+        float(cell.replace(",", ".") if separator != "," else cell)
+        return True
+    except ValueError:
+        return False
+
+
+def _numbers(raw: RawFile, rows: list[tuple[int, str]], width: int, separator: str) -> ndarray:
+    """All cells as floats; pandas parses, and on trouble the row at fault is looked up for the message."""
+    import pandas as pd
+
+    text = "\n".join(line for _, line in rows)
+    decimal = "," if separator != "," and re.search(r"\d,\d", text) else "."
+    try:
+        frame = pd.read_csv(
+            io.StringIO(text), header=None, sep=r"\s+" if separator == " " else separator, decimal=decimal,
+            names=range(width), dtype=float, index_col=False, on_bad_lines="error", skipinitialspace=True,
+        )  # fmt: skip
+        counts = {len(_split(line, separator)) for _, line in (rows[0], rows[len(rows) // 2], rows[-1])}
+        if counts == {width}:
+            return np.asarray(frame.to_numpy(dtype=float))
+    except ValueError:
+        pass
+    for number, line in rows:
+        cells = _split(line, separator)
+        if len(cells) != width:
+            raise ClipError(
+                f"{raw.name}, row {number}", found=f"{len(cells)} columns", expected=f"{width} as in the first row"
+            )
+        for k, cell in enumerate(cells):
+            if cell.strip() and not _is_number(cell.strip(), separator):
+                raise ClipError(f"{raw.name}, row {number}, column {k + 1}", found=f"'{cell}'", expected="a number")
+    raise ClipError(raw.name, found="a table that does not parse", expected="plain numbers, one row per frame")
+
+
+def _with_rate(table: Table, rates: list[str]) -> Table:
+    """Take the frame rate from a '# fps:' line or a time column."""
+    where = table.raw.name
+    if rates:
+        fps = float(rates[0])
+        if not fps > 0:
+            raise ClipError(f"{where}, '# fps:' line", found=rates[0], expected="a number above 0", option="fps")
+        table = replace(table, fps=fps, fps_why=f"'# fps: {fps:g}' line")
+    times = [i for i, c in enumerate(table.columns) if c.strip().lower() in _TIME]
+    if not times:
+        return table
+    time = table.values[:, times[0]]
+    rest = [i for i in range(len(table.columns)) if i != times[0]]
+    table = replace(table, columns=tuple(table.columns[i] for i in rest), values=table.values[:, rest])
+    steps = np.diff(time)
+    if not np.isfinite(time).all() or (steps < 0).any():
+        row = int(np.flatnonzero(~(steps >= 0))[0]) + 2 if len(steps) else 1
+        raise ClipError(
+            f"{where}, time column, frame {row}",
+            found="time that runs backwards or is missing",
+            expected="rising times",
+        )
+    keep = np.concatenate(([True], steps > 0))
+    if not keep.all():
+        table = replace(
+            table,
+            values=table.values[keep],
+            notes=(*table.notes, f"{int((~keep).sum())} rows with a repeated time dropped"),
+        )
+        time = time[keep]
+    if len(time) < 2:
+        raise ClipError(where, found="one instant", expected="several frames")
+    dt = (time[-1] - time[0]) / (len(time) - 1)
+    if np.abs(time - time[0] - dt * np.arange(len(time))).max() > _MAX_JITTER * dt:
+        even = np.linspace(time[0], time[-1], len(time))
+        values = np.stack([np.interp(even, time, v) for v in table.values.T], axis=1)
+        table = replace(table, values=values, notes=(*table.notes, "uneven time stamps brought to an even grid"))
+    return replace(table, fps=float(1.0 / dt), fps_why=f"time column, {len(time)} rows over {time[-1] - time[0]:.4g} s")

@@ -1,0 +1,68 @@
+"""The source's body as a rigid-segment figure: frames of pelvis, trunk and feet from points and orientations.
+
+All frames are x forward, y left, z up when the person stands upright: the frame that every robot body has at its
+zero pose, so that a target orientation is the segment's frame times the body's zero orientation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray
+
+from clips import HumanClip
+from robot_models import rotation as rot
+
+
+def trunk_frames(clip: HumanClip) -> tuple[Float[ndarray, "T 4"], Float[ndarray, "T 4"]]:
+    """Orientations of pelvis and upper trunk.
+
+    Geometry gives both (hip line, shoulder line, the way up to the neck); where the file has orientations, they
+    give the motion and geometry only their constant offset, found by averaging over the clip.
+    """
+    hips, shoulders = (
+        clip.point("left_hip") - clip.point("right_hip"),
+        clip.point("left_shoulder") - clip.point("right_shoulder"),
+    )
+    up = clip.point("neck") - 0.5 * (clip.point("left_hip") + clip.point("right_hip"))
+    frames = []
+    for landmark, left in (("pelvis", hips), ("chest", shoulders)):
+        geometric = _from_left_and_up(left, up)
+        recorded = clip.orientation(landmark)
+        frames.append(geometric if recorded is None else calibrated(recorded, geometric))
+    return frames[0], frames[1]
+
+
+def foot_frames(clip: HumanClip, side: str, flat: Bool[ndarray, "T"]) -> Float[ndarray, "T 4"]:
+    """Orientation of a foot: level, heading from ankle to toe, on average over the frames in `flat`."""
+    along = foot_direction(clip, side)
+    recorded = clip.orientation(f"{side}_ankle")
+    if recorded is None:
+        shin = clip.point(f"{side}_knee") - clip.point(f"{side}_ankle")
+        recorded = rot.from_axes(along, np.cross(shin, along))
+    heading = np.arctan2(along[:, 1], along[:, 0])
+    return calibrated(recorded, rot.from_yaw(heading), where=flat)
+
+
+def foot_direction(clip: HumanClip, side: str) -> Float[ndarray, "T 3"]:
+    """From ankle to toe; without a toe, forward of the shin's swing: the pelvis' front made level."""
+    if f"{side}_toe" in clip.landmarks:
+        return clip.point(f"{side}_toe") - clip.point(f"{side}_ankle")
+    left = clip.point("left_hip") - clip.point("right_hip")
+    return np.cross(left, np.broadcast_to([0.0, 0.0, 1.0], left.shape))
+
+
+def calibrated(
+    recorded: Float[ndarray, "T 4"], wanted: Float[ndarray, "T 4"], where: Bool[ndarray, "T"] | None = None
+) -> Float[ndarray, "T 4"]:
+    """`recorded` times the constant offset that brings it nearest to `wanted` over the frames `where`."""
+    chosen = slice(None) if where is None or not where.any() else where
+    offset = rot.mean(rot.multiply(rot.conjugate(recorded[chosen]), wanted[chosen]))
+    return rot.continuous(rot.multiply(recorded, np.broadcast_to(offset, recorded.shape)))
+
+
+def _from_left_and_up(left: ndarray, up: ndarray) -> ndarray:
+    """The frame with y along `left` and z as near to `up` as can be."""
+    y = rot.unit(left)
+    x = rot.unit(np.cross(y, up))
+    return rot.continuous(rot.from_matrix(np.stack((x, y, np.cross(x, y)), axis=-1)))

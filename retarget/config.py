@@ -1,0 +1,86 @@
+"""Every number of the retargeting stage, with its unit. Defaults stand here and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+
+from retarget.errors import RetargetError
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactConfig:
+    """When a foot edge counts as touching, on the source's own points. A touch starts and must hold inside the
+    tight pair and lasts while the loose pair holds.
+    """
+
+    tight_speed: float = 0.25  # [m/s]
+    loose_speed: float = 0.40  # [m/s]
+    tight_height: float = 0.04  # over the point's own floor [m]
+    loose_height: float = 0.06  # [m]
+    floor_percentile: float = 5.0  # of the point's height: its own floor
+    min_duration_s: float = 0.08  # a shorter touch is noise, a shorter gap is no step [s]
+    pivot_rate: float = 1.5  # foot yaw rate above which a touching foot turns on purpose [rad/s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class IkWeights:
+    """Costs of the per-frame IK: per metre for positions, per radian for orientations."""
+
+    foot_position: float = 30.0
+    foot_orientation: float = 6.0
+    pelvis_position: float = 4.0
+    pelvis_orientation: float = 2.0
+    torso_orientation: float = 2.0
+    knee_position: float = 3.0
+    elbow_position: float = 4.0
+    wrist_position: float = 4.0
+    posture: float = 0.06
+    repair_posture: float = 2.0  # how firmly the foot-repair pass keeps the smoothed joints
+
+
+@dataclass(frozen=True, kw_only=True)
+class IkConfig:
+    """The per-frame solver."""
+
+    weights: IkWeights = field(default_factory=IkWeights)
+    iterations: int = 4  # per frame, warm-started
+    first_iterations: int = 80  # so that frame 0 is converged
+    repair_iterations: int = 3
+    damping: float = 1e-3
+    limit_margin: float = 0.01  # kept from each joint limit [rad]
+    velocity_share: float = 0.95  # of each motor's speed limit, per output frame
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gates:
+    """What a reference has to keep to be called feasible."""
+
+    penetration_mm: float = 5.0  # deepest point under the floor
+    slide_mm: float = 30.0  # worst slide of one touch of a foot edge
+    self_collision_mm: float = 10.0  # deepest overlap of two bodies
+    joint_limit_rad: float = 1e-6  # beyond a position limit
+    velocity_share: float = 1.0  # of the motors' speed limits
+    airborne_points: float = 2.0  # share of airborne frames beyond the source's, percentage points
+
+
+@dataclass(frozen=True, kw_only=True)
+class RetargetConfig:
+    """From clip to reference."""
+
+    fps: float = 50.0  # of the reference [frames/s]
+    lead_in_s: float = 1.0  # stand -> first pose [s]
+    lead_out_s: float = 1.0  # last pose -> stand [s]
+    stand_s: float = 0.3  # standing still at both ends [s]
+    smooth_hz: float = 5.0  # half-power frequency of the joint smoother [Hz]
+    reach: float = 0.985  # longest hip-ankle distance of a planted leg, of the leg's length
+    contact: ContactConfig = field(default_factory=ContactConfig)
+    ik: IkConfig = field(default_factory=IkConfig)
+    gates: Gates = field(default_factory=Gates)
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if isinstance(value, float) and not 0.0 <= value < 1e6:
+                raise RetargetError(f"setting {f.name}", found=repr(value), expected="a number of at least 0")
+        if not self.fps >= 5.0:
+            raise RetargetError("setting fps", found=repr(self.fps), expected="at least 5 frames per second")

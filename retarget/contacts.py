@@ -1,0 +1,81 @@
+"""When the source's feet touch the floor: heel and toe of each foot, with hysteresis, in metres and seconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray
+
+from clips import HumanClip
+from clips.human import runs_of
+from retarget.config import ContactConfig
+from robot_models import FEET, rotation
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Contacts:
+    """Touching edges of the source. Columns are left heel, left toe, right heel, right toe."""
+
+    touching: Bool[ndarray, "T 4"]
+    pivoting: Bool[ndarray, "T 2"]  # per foot: touching and turning faster than a planted foot would
+    airborne: Bool[ndarray, "T"]  # no edge near its floor
+
+
+def find_contacts(clip: HumanClip, config: ContactConfig) -> Contacts:
+    """Detect touches on the clip's own ankle and toe points (the ankle stands for the heel)."""
+    points = edge_points(clip)
+    height = points[..., 2] - np.percentile(points[..., 2], config.floor_percentile, axis=0)
+    speed = np.linalg.norm(rotation.linear_velocity(points, 1.0 / clip.fps), axis=-1)
+    tight = (speed < config.tight_speed) & (height < config.tight_height)
+    loose = (speed < config.loose_speed) & (height < config.loose_height)
+    shortest = max(1, round(config.min_duration_s * clip.fps))
+    touching = np.stack([_hysteresis(tight[:, k], loose[:, k], shortest) for k in range(4)], axis=1)
+    turning = np.abs(foot_yaw_rate(clip)) > config.pivot_rate
+    both = touching.reshape(-1, 2, 2).any(axis=2)
+    return Contacts(
+        touching=touching,
+        pivoting=np.stack([_close(turning[:, s] & both[:, s], shortest) for s in range(2)], axis=1) & both,
+        airborne=(height > config.tight_height).all(axis=1),
+    )
+
+
+def edge_points(clip: HumanClip) -> Float[ndarray, "T 4 3"]:
+    """Ankle and toe of each foot [m]; the ankle again where the clip has no toe."""
+    columns = []
+    for side in FEET:
+        columns += [
+            clip.point(f"{side}_ankle"),
+            clip.point(f"{side}_toe" if f"{side}_toe" in clip.landmarks else f"{side}_ankle"),
+        ]
+    return np.stack(columns, axis=1)
+
+
+def foot_yaw_rate(clip: HumanClip) -> Float[ndarray, "T 2"]:
+    """Yaw rate of the ankle-to-toe direction per foot [rad/s]; 0 where the foot points up or down."""
+    points = edge_points(clip).reshape(-1, 2, 2, 3)
+    along = points[:, :, 1] - points[:, :, 0]
+    flat = np.linalg.norm(along[..., :2], axis=-1) > 0.5 * np.linalg.norm(along, axis=-1)
+    yaw = np.unwrap(np.arctan2(along[..., 1], along[..., 0]), axis=0)
+    return np.where(flat, rotation.linear_velocity(yaw, 1.0 / clip.fps), 0.0)
+
+
+def _hysteresis(tight: ndarray, loose: ndarray, shortest: int) -> ndarray:
+    """Runs of `loose` that hold at least `shortest` frames of `tight`; short holes closed first."""
+    loose = _close(loose, shortest)
+    out = np.zeros(len(loose), dtype=bool)
+    for a, b in runs_of(loose):
+        hits = np.flatnonzero(tight[a:b])
+        if len(hits) >= shortest:
+            out[a:b] = True
+    return out
+
+
+def _close(mask: ndarray, shortest: int) -> ndarray:
+    """Fill holes shorter than `shortest` frames between two true runs."""
+    out = mask.copy()
+    for a, b in runs_of(~mask):
+        if 0 < a and b < len(mask) and b - a < shortest:
+            out[a:b] = True
+    return out

@@ -1,0 +1,161 @@
+"""Where the robot's feet shall be: planted ones locked to one place per stance, swinging ones led between them.
+
+Each stance is anchored once; the difference between anchor and free motion is spread over the swing before and
+after it, so that nothing jumps. A foot on its toe (or heel) turns about that edge of the sole. A pivoting foot keeps
+its height and lies flat while its heading follows the source.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray
+
+from clips import FREE, PIVOTING, PLANTED, HumanClip
+from clips.human import runs_of
+from retarget.body import foot_frames
+from retarget.contacts import Contacts
+from robot_models import FEET, RobotModel, Sole
+from robot_models import rotation as rot
+
+_RAMP_S = 0.12  # time in which a foot leaves its flat pose towards the source's pitch
+_LONG_SWING_S = 1.0  # beyond this a swing forgets its anchors on the way
+_Z = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FootTargets:
+    """Poses of the two ankle bodies (sole parallel frame: x forward, z up) in the robot's world."""
+
+    pos: Float[ndarray, "T 2 3"]  # [m]
+    quat: Float[ndarray, "T 2 4"]  # wxyz
+    contact: Int[ndarray, "T 4"]  # per edge: FREE, PLANTED or PIVOTING
+    shift: Float[ndarray, "T 2 2"]  # how far locking moved each foot, xy [m]
+
+
+def foot_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, scale: float) -> FootTargets:
+    """Foot poses in the robot's size.
+
+    Args:
+        clip: the source, floor somewhere near z = 0.
+        contacts: its touches.
+        robot: gives the soles.
+        scale: robot leg length over the person's.
+    """
+    poses = [_one_foot(clip, contacts, k, robot.soles[side], scale) for k, side in enumerate(FEET)]
+    return FootTargets(
+        pos=np.stack([p[0] for p in poses], axis=1),
+        quat=np.stack([p[1] for p in poses], axis=1),
+        contact=_labels(contacts),
+        shift=np.stack([p[2] for p in poses], axis=1),
+    )
+
+
+def flat_height(clip: HumanClip, contacts: Contacts, foot: int) -> float:
+    """Height of the source's ankle while its foot stands flat [m]: where its floor is for the robot."""
+    flat = contacts.touching[:, 2 * foot : 2 * foot + 2].all(axis=1)
+    z = clip.point(f"{FEET[foot]}_ankle")[:, 2]
+    return float(np.median(z[flat])) if flat.any() else float(np.percentile(z, 5.0))
+
+
+def _one_foot(
+    clip: HumanClip, contacts: Contacts, foot: int, sole: Sole, scale: float
+) -> tuple[ndarray, ndarray, ndarray]:
+    side = FEET[foot]
+    heel, toe = contacts.touching[:, 2 * foot], contacts.touching[:, 2 * foot + 1]
+    pivot = contacts.pivoting[:, foot]
+    quat = foot_frames(clip, side, heel & toe & ~pivot)
+    pos = scale * (clip.point(f"{side}_ankle") - flat_height(clip, contacts, foot) * _Z) - sole.z * _Z
+    locked_pos, locked_quat = pos.copy(), quat.copy()
+    locked = np.zeros(len(pos), dtype=bool)
+    for a, b in runs_of((heel | toe) & ~pivot):
+        part = slice(a, b)
+        locked_pos[part], locked_quat[part] = _stance(pos[part], quat[part], heel[part], toe[part], sole, clip.fps)
+        locked[part] = True
+    if not locked.any():
+        return _above_floor(pos, quat, sole), quat, np.zeros((len(pos), 2))
+    new_pos = pos + _spread(locked_pos - pos, locked, clip.fps)
+    turn = rot.log(rot.multiply(locked_quat, rot.conjugate(quat)))
+    new_quat = rot.multiply(rot.exp(_spread(turn, locked, clip.fps)), quat)
+    new_quat[pivot] = rot.from_yaw(rot.yaw(new_quat[pivot]))
+    new_pos[pivot, 2] = -sole.z
+    shift = new_pos[:, :2] - pos[:, :2]
+    return _above_floor(new_pos, new_quat, sole), rot.continuous(new_quat), shift
+
+
+def _stance(
+    pos: ndarray, quat: ndarray, heel: ndarray, toe: ndarray, sole: Sole, fps: float
+) -> tuple[ndarray, ndarray]:
+    """Pose of a foot that touches all along: one heading, one place, turning about the edge that stays down."""
+    flat = heel & toe
+    base = flat if flat.any() else np.ones(len(pos), dtype=bool)
+    heading = rot.yaw(rot.mean(quat[base])[None])
+    level = np.broadcast_to(rot.from_yaw(heading)[0], quat.shape)
+    pitch = _pitch(quat)
+    # On the toes the heel can only be up, on the heel only the toes: the other sign would sink the free edge.
+    pitch = np.where(toe & ~heel, np.maximum(pitch, 0.0), np.where(heel & ~toe, np.minimum(pitch, 0.0), 0.0))
+    pitch = pitch * _ramp_from(flat, fps)
+    new_quat = rot.multiply(level, rot.exp(pitch[:, None] * np.array([0.0, 1.0, 0.0])))
+    edge = np.where((pitch < 0.0)[:, None], np.array(sole.heel), np.array(sole.toe))
+    if flat.any():
+        ankle = np.array([*pos[flat, :2].mean(axis=0), -sole.z])
+        anchor = ankle + rot.rotate(level, edge)
+    else:
+        anchor = np.broadcast_to((pos + rot.rotate(quat, edge)).mean(axis=0), pos.shape).copy()
+        anchor[:, 2] = 0.0
+    return anchor - rot.rotate(new_quat, edge), new_quat
+
+
+def _pitch(quat: ndarray) -> ndarray:
+    """Toe-down angle of the foot's x axis [rad]."""
+    x = rot.rotate(quat, np.broadcast_to([1.0, 0.0, 0.0], (len(quat), 3)))
+    return np.asarray(np.arcsin(np.clip(-x[:, 2], -1.0, 1.0)))
+
+
+def _ramp_from(flat: ndarray, fps: float) -> ndarray:
+    """0 in flat frames, rising smoothly to 1 with the distance from them; 1 all along without any."""
+    if not flat.any():
+        return np.ones(len(flat))
+    frames = np.arange(len(flat))
+    near = np.abs(frames[:, None] - np.flatnonzero(flat)[None]).min(axis=1)
+    return smoothstep(near / max(1.0, _RAMP_S * fps))
+
+
+def _spread(difference: ndarray, locked: ndarray, fps: float) -> ndarray:
+    """The difference where locked, eased between neighbouring locks elsewhere."""
+    out = np.where(locked[:, None], difference, 0.0)
+    fade = int(_LONG_SWING_S * fps / 2)
+    for a, b in runs_of(~locked):
+        before = difference[a - 1] if a > 0 else None
+        after = difference[b] if b < len(locked) else None
+        steps = np.arange(1, b - a + 1)
+        if before is not None and after is not None and b - a <= 2 * fade:
+            w = smoothstep(steps / (b - a + 1))[:, None]
+            out[a:b] = (1.0 - w) * before + w * after
+            continue
+        if before is not None:
+            out[a:b] += (1.0 - smoothstep(steps / (fade + 1)))[:, None] * before
+        if after is not None:
+            out[a:b] += (1.0 - smoothstep(steps[::-1] / (fade + 1)))[:, None] * after
+    return out
+
+
+def smoothstep(t: Float[ndarray, "..."]) -> Float[ndarray, "..."]:
+    """Minimum-jerk blend from 0 to 1: 10 t^3 - 15 t^4 + 6 t^5 (Flash & Hogan 1985)."""
+    t = np.clip(t, 0.0, 1.0)
+    return np.asarray(t**3 * (10.0 - 15.0 * t + 6.0 * t * t))
+
+
+def _above_floor(pos: ndarray, quat: ndarray, sole: Sole) -> ndarray:
+    """Feet raised where a corner of the sole would be under the floor."""
+    corners = pos[:, None] + rot.rotate(quat[:, None], sole.corners[None])
+    raised = pos.copy()
+    raised[:, 2] += np.maximum(0.0, -corners[..., 2].min(axis=1))
+    return raised
+
+
+def _labels(contacts: Contacts) -> ndarray:
+    pivot = np.repeat(contacts.pivoting, 2, axis=1)
+    return np.where(contacts.touching, np.where(pivot, PIVOTING, PLANTED), FREE)

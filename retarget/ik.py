@@ -1,0 +1,162 @@
+"""Per-frame inverse kinematics with mink: one small QP per step, warm-started from the frame before.
+
+Position limits are hard. So are speed limits, per output frame: before each frame the position bounds are cut down to
+what the motors can reach from the last frame (a limit on the solver's own step would bound nothing that a robot feels).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray
+
+from retarget.config import IkConfig
+from retarget.feet import FootTargets
+from retarget.targets import POINTS, Targets
+from robot_models import FEET, RobotModel
+
+Progress = Callable[[int, int], None]  # frames done, frames in all
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class IkResult:
+    """Configurations and how the solver fared."""
+
+    qpos: Float[ndarray, "T nq"]
+    unsolved: Int[ndarray, "N"]  # frames where the QP had no solution and the last pose was held
+
+
+def follow_targets(
+    robot: RobotModel,
+    targets: Targets,
+    config: IkConfig,
+    *,
+    prior: Float[ndarray, "T nq"] | None = None,
+    progress: Progress | None = None,
+) -> IkResult:
+    """Solve every frame for all targets.
+
+    Args:
+        robot: the robot.
+        targets: goals per frame.
+        config: weights and iterations.
+        prior: configurations to stay near where the targets leave freedom; default: the default pose.
+        progress: told after every frame.
+    """
+    solver = _Solver(robot, config, targets.fps)
+    w = config.weights
+    solver.add("pelvis", w.pelvis_position, w.pelvis_orientation, targets.pelvis_pos, targets.pelvis_quat)
+    solver.add("torso", 0.0, w.torso_orientation, targets.pelvis_pos, targets.torso_quat)
+    for point in POINTS:
+        cost = {"knee": w.knee_position, "elbow": w.elbow_position, "wrist": w.wrist_position}[point.split("_")[1]]
+        solver.add(point, cost, 0.0, targets.points[point], None)
+    solver.add_feet(targets.feet)
+    rest = np.broadcast_to(robot.default_qpos, (len(targets.pelvis_pos), robot.nq)) if prior is None else prior
+    start = rest[0].copy()
+    start[:3], start[3:7] = targets.pelvis_pos[0], targets.pelvis_quat[0]
+    return solver.run(start, rest, w.posture, config.iterations, progress)
+
+
+def repair_feet(
+    robot: RobotModel,
+    qpos: Float[ndarray, "T nq"],
+    feet: FootTargets,
+    fps: float,
+    config: IkConfig,
+    *,
+    progress: Progress | None = None,
+) -> IkResult:
+    """Put the feet back on their targets with as little change to `qpos` as can be."""
+    solver = _Solver(robot, config, fps)
+    w = config.weights
+    solver.add("pelvis", w.pelvis_position, w.pelvis_orientation, qpos[:, :3], qpos[:, 3:7])
+    solver.add_feet(feet)
+    return solver.run(qpos[0].copy(), qpos, w.repair_posture, config.repair_iterations, progress)
+
+
+class _Solver:
+    """mink's tasks and limits for one robot, fed frame by frame."""
+
+    def __init__(self, robot: RobotModel, config: IkConfig, fps: float) -> None:
+        import mink
+
+        self._robot, self._config, self._fps = robot, config, fps
+        self._configuration = mink.Configuration(robot.model)
+        self._limit = mink.ConfigurationLimit(robot.model, gain=1.0)
+        self._goals: list[tuple[mink.FrameTask, ndarray, ndarray]] = []
+
+    def add(self, landmark: str, position_cost: float, turn_cost: float, pos: ndarray, quat: ndarray | None) -> None:
+        """A goal for the body of a landmark, frame by frame."""
+        import mink
+
+        body = self._robot.profile.landmarks[landmark]
+        task = mink.FrameTask(body, "body", position_cost=position_cost, orientation_cost=turn_cost, lm_damping=0.0)
+        turns = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (len(pos), 4)) if quat is None else quat
+        self._goals.append((task, np.asarray(pos), np.asarray(turns)))
+
+    def add_feet(self, feet: FootTargets) -> None:
+        """Goals for both feet."""
+        w = self._config.weights
+        for k, side in enumerate(FEET):
+            self.add(f"{side}_foot", w.foot_position, w.foot_orientation, feet.pos[:, k], feet.quat[:, k])
+
+    def run(
+        self, start: ndarray, rest: ndarray, posture_cost: float, iterations: int, progress: Progress | None
+    ) -> IkResult:
+        """Solve all frames from `start`, staying near `rest`."""
+        import mink
+
+        model, frames = self._robot.model, len(rest)
+        cost = np.full(model.nv, posture_cost)
+        cost[:6] = 0.0
+        posture = mink.PostureTask(model, cost=cost)
+        qpos, unsolved = np.zeros((frames, model.nq)), []
+        self._configuration.update(self._inside(start))
+        for t in range(frames):
+            self._bound(qpos[t - 1] if t else None)
+            posture.set_target(rest[t])
+            for task, pos, quat in self._goals:
+                task.set_target(mink.SE3(wxyz_xyz=np.concatenate((quat[t], pos[t]))))
+            steps = iterations if t else self._config.first_iterations
+            if not self._solve([*(g[0] for g in self._goals), posture], steps):
+                unsolved.append(t)
+            qpos[t] = self._inside(self._configuration.q)
+            if progress is not None:
+                progress(t + 1, frames)
+        return IkResult(qpos=qpos, unsolved=np.array(unsolved, dtype=int))
+
+    def _solve(self, tasks: list[object], steps: int) -> bool:
+        import mink
+
+        for _ in range(steps):
+            try:
+                velocity = mink.solve_ik(
+                    self._configuration, tasks, 1.0, "daqp", damping=self._config.damping, limits=[self._limit]
+                )
+            except mink.NoSolutionFound:
+                return False
+            self._configuration.integrate_inplace(velocity, 1.0)
+            if np.abs(velocity).max() < 1e-6:
+                break
+        return True
+
+    def _bound(self, last: ndarray | None) -> None:
+        """Position bounds of this frame: the joint limits, and what the motors can reach from the last frame."""
+        lower, upper = self._ranges()
+        if last is not None:
+            step = self._config.velocity_share * self._robot.velocity / self._fps
+            lower, upper = np.maximum(lower, last[7:] - step), np.minimum(upper, last[7:] + step)
+        self._limit.lower[7:], self._limit.upper[7:] = lower, upper
+
+    def _ranges(self) -> tuple[ndarray, ndarray]:
+        margin = np.minimum(self._config.limit_margin, 0.1 * (self._robot.upper - self._robot.lower))
+        return self._robot.lower + margin, self._robot.upper - margin
+
+    def _inside(self, qpos: ndarray) -> ndarray:
+        """The same configuration with its joints inside the current bounds: rounding may leave them 1e-9 beyond."""
+        q = np.array(qpos)
+        q[7:] = np.clip(q[7:], *self._ranges())
+        return q

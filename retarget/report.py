@@ -1,0 +1,197 @@
+"""What was measured on a reference: numbers with units, gates with pass or fail.
+
+The labels of touching feet come from the source by a fixed rule, never from the tool's own contacts, so that a
+retargeter cannot pass by calling nothing a contact. docs/report.md defines every number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray
+
+from clips import HumanClip, Reference
+from clips.human import runs_of
+from clips.resample import new_times, sample
+from retarget.config import Gates
+from retarget.contacts import edge_points, foot_yaw_rate
+from robot_models import FEET, RobotModel, sole_edges
+from robot_models import rotation as rot
+from robot_models.surface import lowest_point, self_collision_depth
+
+_LIMBS = tuple((f"{s}_{a}", f"{s}_{b}") for s in FEET for a, b in (("hip", "knee"), ("knee", "foot"), ("shoulder", "elbow"), ("elbow", "wrist")))  # fmt: skip
+_RATE = 30.0  # derivatives are compared at this rate [Hz]: at the file's own rate, noise would decide
+_SLOW, _LOW, _SHORT = 0.25, 0.04, 3  # the fixed rule of touching: m/s, m over the point's own floor, frames
+_PIVOT = 1.5  # [rad/s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Metric:
+    """One measured number; `limit` is its gate, None where it is only told."""
+
+    name: str
+    value: float
+    unit: str
+    meaning: str
+    limit: float | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether the gate holds; a number without a gate cannot fail."""
+        return self.limit is None or self.value <= self.limit
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Report:
+    """All measured numbers, and the curves behind them for the recording."""
+
+    metrics: tuple[Metric, ...]
+    series: Mapping[str, Float[ndarray, "T ..."]]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every gate holds."""
+        return all(m.passed for m in self.metrics)
+
+    @property
+    def failures(self) -> tuple[Metric, ...]:
+        """The gates that do not hold."""
+        return tuple(m for m in self.metrics if not m.passed)
+
+    def as_dict(self) -> dict[str, object]:
+        """Numbers for the reference's meta entry."""
+        return {
+            m.name: {"value": round(m.value, 6), "unit": m.unit, "limit": m.limit, "passed": m.passed}
+            for m in self.metrics
+        }
+
+
+def measure(reference: Reference, robot: RobotModel, source: HumanClip, gates: Gates, *, unsolved: int = 0) -> Report:
+    """Measure a reference against its source.
+
+    Args:
+        reference: what the robot shall do.
+        robot: the robot.
+        source: the recorded figure at the reference's frame rate; its frames are the reference's dance.
+        gates: what has to hold.
+        unsolved: frames where a solver found no solution.
+    """
+    lowest = lowest_point(robot, reference.body_pos_w, reference.body_quat_w)
+    overlap = self_collision_depth(robot, reference.qpos)
+    joints = _joints(reference, robot, gates)
+    feet, feet_series = _feet(reference, robot, source, gates)
+    flight = _flight(lowest[reference.dance], source, gates)
+    body = [
+        Metric(name="deepest point under the floor", value=1e3 * max(0.0, -float(lowest.min())), unit="mm",
+               meaning="soles and body primitives, all frames", limit=gates.penetration_mm),
+        Metric(name="frames under the floor", value=100.0 * float((lowest < -0.002).mean()), unit="%",
+               meaning="lowest point more than 2 mm under the floor"),
+        Metric(name="deepest self-collision", value=1e3 * float(overlap.max()), unit="mm",
+               meaning="overlap of two bodies' primitives", limit=gates.self_collision_mm),
+        Metric(name="limb direction error", value=_limb_error(reference, robot, source), unit="deg",
+               meaning="thighs, shins, upper arms, forearms against the source, world frame"),
+        Metric(name="unsolved frames", value=float(unsolved), unit="frames", meaning="the solver found no solution", limit=0.0),
+    ]  # fmt: skip
+    series = {
+        "lowest point [m]": lowest,
+        "self-collision [m]": overlap,
+        "joint speed, share of the motor's": (np.abs(reference.joint_vel) / robot.velocity).max(axis=1),
+        **feet_series,
+    }
+    return Report(metrics=(*joints, *body, *feet, *flight), series=series)
+
+
+def _joints(reference: Reference, robot: RobotModel, gates: Gates) -> list[Metric]:
+    q = reference.joint_pos
+    beyond = float(np.maximum(robot.lower - q, q - robot.upper).max())
+    speed = np.abs(np.diff(q, axis=0)) * reference.fps
+    share = (speed / robot.velocity).max(axis=0)
+    worst = robot.joint_names[int(np.argmax(share))]
+    at_rate = sample(q, new_times(len(q), reference.fps, min(_RATE, reference.fps)))
+    rate = min(_RATE, reference.fps)
+    d1, d2, d3 = (np.abs(np.diff(at_rate, n, axis=0)) * rate**n for n in (1, 2, 3))
+    return [
+        Metric(name="joint position beyond limits", value=max(0.0, beyond), unit="rad", meaning="worst joint, all frames",
+               limit=gates.joint_limit_rad),
+        Metric(name="joint speed, share of the motor's", value=float(share.max()), unit="",
+               meaning=f"worst joint ({worst}), frame to frame", limit=gates.velocity_share),
+        Metric(name="joint speed, max", value=float(d1.max()), unit="rad/s", meaning=f"at {rate:g} Hz"),
+        Metric(name="joint acceleration, p95", value=float(np.percentile(d2, 95)), unit="rad/s2", meaning=f"at {rate:g} Hz"),
+        Metric(name="joint jerk, p95", value=float(np.percentile(d3, 95)), unit="rad/s3", meaning=f"at {rate:g} Hz"),
+    ]  # fmt: skip
+
+
+def touch_labels(source: HumanClip) -> tuple[Bool[ndarray, "T 4"], Bool[ndarray, "T 4"]]:
+    """(touching, pivoting) per edge by the fixed rule, from the source alone."""
+    points = edge_points(source)
+    low = points[..., 2] - np.percentile(points[..., 2], 5.0, axis=0) < _LOW
+    slow = np.linalg.norm(rot.linear_velocity(points, 1.0 / source.fps), axis=-1) < _SLOW
+    touching = low & slow
+    for k in range(4):
+        for a, b in runs_of(touching[:, k]):
+            if b - a < _SHORT:
+                touching[a:b, k] = False
+    pivoting = touching & np.repeat(np.abs(foot_yaw_rate(source)) > _PIVOT, 2, axis=1)
+    return touching, pivoting
+
+
+def _feet(
+    reference: Reference, robot: RobotModel, source: HumanClip, gates: Gates
+) -> tuple[list[Metric], dict[str, ndarray]]:
+    touching, pivoting = touch_labels(source)
+    edges = sole_edges(robot, reference.body_pos_w, reference.body_quat_w)
+    dance = edges[reference.dance]
+    still = touching & ~pivoting
+    steps = np.linalg.norm(np.diff(dance[..., :2], axis=0), axis=-1) * reference.fps
+    inside = still[1:] & still[:-1]
+    slides = [
+        1e3 * float(np.linalg.norm(dance[a:b, k, :2] - dance[a, k, :2], axis=-1).max())
+        for k in range(4)
+        for a, b in runs_of(still[:, k])
+    ]
+    height = np.abs(dance[..., 2][touching])
+    speed = np.full((reference.frames, 4), 0.0)
+    speed[reference.dance.start + 1 : reference.dance.stop] = np.where(inside, steps, 0.0)
+    metrics = [
+        Metric(name="speed of a touching edge, mean", value=100.0 * float(steps[inside].mean()) if inside.any() else 0.0,
+               unit="cm/s", meaning="heel and toe edges while the source's touch and do not pivot"),
+        Metric(name="slide per touch, mean", value=float(np.mean(slides)) if slides else 0.0, unit="mm",
+               meaning="farthest from where the touch began"),
+        Metric(name="slide per touch, worst", value=max(slides, default=0.0), unit="mm", meaning="the same",
+               limit=gates.slide_mm),
+        Metric(name="height of a touching edge, mean", value=1e3 * float(height.mean()) if height.size else 0.0, unit="mm",
+               meaning="distance from the floor, pivots too"),
+        Metric(name="touching share of the source", value=100.0 * float(touching.mean()), unit="%",
+               meaning="of all edges and frames: how much the feet numbers rest on"),
+    ]  # fmt: skip
+    return metrics, {"slide of touching edges [m/s]": speed}
+
+
+def _flight(lowest: ndarray, source: HumanClip, gates: Gates) -> list[Metric]:
+    points = edge_points(source)
+    source_share = 100.0 * float(
+        (points[..., 2] - np.percentile(points[..., 2], 5.0, axis=0) > 0.04).all(axis=1).mean()
+    )
+    share = 100.0 * float((lowest > 0.02).mean())
+    return [
+        Metric(name="airborne frames", value=share, unit="%", meaning="lowest point over 2 cm up, dance only",
+               limit=source_share + gates.airborne_points),
+        Metric(name="airborne frames of the source", value=source_share, unit="%", meaning="toes and ankles over 4 cm up"),
+    ]  # fmt: skip
+
+
+def _limb_error(reference: Reference, robot: RobotModel, source: HumanClip) -> float:
+    """Mean angle between limbs of robot and source [deg]."""
+    errors = []
+    for a, b in _LIMBS:
+        robot_limb = (
+            reference.body_pos_w[reference.dance, robot.landmark(b)]
+            - reference.body_pos_w[reference.dance, robot.landmark(a)]
+        )
+        human_limb = source.point(b.replace("foot", "ankle")) - source.point(a.replace("foot", "ankle"))
+        cosine = np.sum(rot.unit(robot_limb) * rot.unit(human_limb), axis=-1)
+        errors.append(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return float(np.degrees(np.mean(errors)))

@@ -1,0 +1,137 @@
+"""The person's motion in the robot's proportions: where pelvis, trunk, limbs and feet shall be.
+
+Every limb is laid out again from the source's directions and the robot's own segment lengths, so that following the
+targets means following the directions. Only the ground plane is scaled by one number, legs over legs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips import HumanClip
+from retarget.body import trunk_frames
+from retarget.config import RetargetConfig
+from retarget.contacts import Contacts
+from retarget.feet import FootTargets, flat_height, foot_targets
+from retarget.smooth import smooth
+from robot_models import FEET, RobotModel, forward_kinematics
+from robot_models import rotation as rot
+
+POINTS = tuple(f"{side}_{part}" for side in FEET for part in ("knee", "elbow", "wrist"))
+_Z = np.array([0.0, 0.0, 1.0])
+_FOLLOW_HZ = 1.0  # how fast the body follows its feet when locking moved them
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Targets:
+    """Goals of the solver in the robot's world. Orientations are of the robot's bodies, wxyz."""
+
+    fps: float
+    scale: float  # robot leg length over the person's
+    pelvis_pos: Float[ndarray, "T 3"]
+    pelvis_quat: Float[ndarray, "T 4"]
+    torso_quat: Float[ndarray, "T 4"]
+    points: Mapping[str, Float[ndarray, "T 3"]]  # knees, elbows, wrists
+    feet: FootTargets
+
+
+def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config: RetargetConfig) -> Targets:
+    """Lay the source out in the robot's proportions with its feet locked."""
+    zero_pos, zero_quat = _zero_pose(robot)
+    scale = robot.leg_length / _leg_length(clip)
+    feet = foot_targets(clip, contacts, robot, scale)
+    pelvis, torso = trunk_frames(clip)
+    hips = 0.5 * (clip.point("left_hip") + clip.point("right_hip"))
+    floor = np.mean([flat_height(clip, contacts, k) for k in range(2)])
+    middle = scale * (hips - floor * _Z) - np.mean([s.z for s in robot.soles.values()]) * _Z
+    middle[:, :2] += smooth(feet.shift.mean(axis=1), clip.fps, _FOLLOW_HZ)
+    hip_offsets = {s: zero_pos[robot.landmark(f"{s}_hip")] - zero_pos[0] for s in FEET}
+    pelvis_pos = middle - rot.rotate(pelvis, np.broadcast_to(np.mean(list(hip_offsets.values()), axis=0), middle.shape))
+    pelvis_pos[:, 2] -= _crouch(pelvis_pos, pelvis, hip_offsets, feet, robot, config, clip.fps)
+    return Targets(
+        fps=clip.fps,
+        scale=scale,
+        pelvis_pos=pelvis_pos,
+        pelvis_quat=rot.multiply(pelvis, np.broadcast_to(zero_quat[0], pelvis.shape)),
+        torso_quat=rot.multiply(torso, np.broadcast_to(zero_quat[robot.landmark("torso")], torso.shape)),
+        points=_limbs(clip, robot, zero_pos, pelvis_pos, pelvis, torso, hip_offsets),
+        feet=feet,
+    )
+
+
+def _zero_pose(robot: RobotModel) -> tuple[ndarray, ndarray]:
+    """Body poses with every joint at zero: upright, facing +x."""
+    qpos = np.zeros((1, robot.nq))
+    qpos[:, 3] = 1.0
+    pos, quat = forward_kinematics(robot, qpos)
+    return pos[0], quat[0]
+
+
+def _leg_length(clip: HumanClip) -> float:
+    """Hip to knee to ankle [m], median over frames, mean of both legs."""
+    legs = [
+        np.linalg.norm(clip.point(f"{s}_{a}") - clip.point(f"{s}_{b}"), axis=1)
+        for s in FEET
+        for a, b in (("hip", "knee"), ("knee", "ankle"))
+    ]
+    return float(np.median(legs, axis=1).sum() / 2.0)
+
+
+def _limbs(
+    clip: HumanClip,
+    robot: RobotModel,
+    zero_pos: ndarray,
+    pelvis_pos: ndarray,
+    pelvis: ndarray,
+    torso: ndarray,
+    hip_offsets: Mapping[str, ndarray],
+) -> dict[str, ndarray]:
+    """Knees, elbows and wrists: robot lengths along the source's directions, from hips and shoulders down."""
+
+    def length(a: str, b: str) -> float:
+        return float(np.linalg.norm(zero_pos[robot.landmark(a)] - zero_pos[robot.landmark(b)]))
+
+    def direction(a: str, b: str) -> ndarray:
+        return rot.unit(clip.point(b) - clip.point(a))
+
+    points = {}
+    base = zero_pos[robot.landmark("torso")] - zero_pos[0]
+    for side in FEET:
+        hip = pelvis_pos + rot.rotate(pelvis, np.broadcast_to(hip_offsets[side], pelvis_pos.shape))
+        points[f"{side}_knee"] = hip + length(f"{side}_hip", f"{side}_knee") * direction(f"{side}_hip", f"{side}_knee")
+        reach = zero_pos[robot.landmark(f"{side}_shoulder")] - zero_pos[robot.landmark("torso")]
+        shoulder = pelvis_pos + rot.rotate(pelvis, np.broadcast_to(base, pelvis_pos.shape))
+        shoulder = shoulder + rot.rotate(torso, np.broadcast_to(reach, pelvis_pos.shape))
+        upper, fore = (f"{side}_shoulder", f"{side}_elbow"), (f"{side}_elbow", f"{side}_wrist")
+        points[f"{side}_elbow"] = shoulder + length(*upper) * direction(*upper)
+        points[f"{side}_wrist"] = points[f"{side}_elbow"] + length(*fore) * direction(*fore)
+    return points
+
+
+def _crouch(
+    pelvis_pos: ndarray,
+    pelvis: ndarray,
+    hip_offsets: Mapping[str, ndarray],
+    feet: FootTargets,
+    robot: RobotModel,
+    config: RetargetConfig,
+    fps: float,
+) -> ndarray:
+    """How far the pelvis must come down so that planted feet stay within reach [m], smooth in time."""
+    from scipy.ndimage import maximum_filter1d
+
+    need = np.zeros(len(pelvis_pos))
+    limit = config.reach * robot.leg_length
+    for k, side in enumerate(FEET):
+        hip = pelvis_pos + rot.rotate(pelvis, np.broadcast_to(hip_offsets[side], pelvis_pos.shape))
+        away = hip - feet.pos[:, k]
+        highest = np.sqrt(np.maximum(limit**2 - (away[:, :2] ** 2).sum(axis=1), 0.0))
+        planted = feet.contact[:, 2 * k : 2 * k + 2].any(axis=1)
+        need = np.maximum(need, np.where(planted, away[:, 2] - highest, 0.0))
+    window = max(1, int(0.2 * fps))
+    return np.maximum(smooth(maximum_filter1d(need, window), fps, 2.0), 0.0)

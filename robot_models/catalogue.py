@@ -1,0 +1,57 @@
+"""The robots by name, and any other robot by the path of its profile."""
+
+from __future__ import annotations
+
+import difflib
+from functools import lru_cache
+from pathlib import Path
+
+from robot_models.build import build_robot
+from robot_models.errors import RobotError
+from robot_models.profile import PROFILES, RobotProfile, read_profile
+from robot_models.robot import RobotModel
+from robot_models.source import locate
+
+DEFAULT_ROBOT = "dancer"
+
+
+def robot_names() -> tuple[str, ...]:
+    """Names of the built-in profiles."""
+    return tuple(sorted(p.stem for p in PROFILES.glob("*.toml")))
+
+
+def find_profile(name_or_path: str) -> RobotProfile:
+    """A built-in profile by name, or a profile file (`.toml`), or the profile beside a URDF or MJCF file.
+
+    Raises:
+        RobotError: nothing of that name or path.
+    """
+    if name_or_path in robot_names():
+        return read_profile(PROFILES / f"{name_or_path}.toml")
+    path = Path(name_or_path)
+    if path.suffix in (".toml", ".urdf", ".xml", ".mjcf"):
+        return read_profile(path.with_suffix(".toml"))
+    near = difflib.get_close_matches(name_or_path, robot_names(), n=1)
+    raise RobotError(
+        f"robot '{name_or_path}'",
+        found="no built-in robot and no file of that name",
+        expected=f"one of {', '.join(robot_names())}, or the path of a profile (.toml)",
+        cure=f"did you mean '{near[0]}'?" if near else "",
+    )
+
+
+@lru_cache(maxsize=8)
+def load_robot(name_or_path: str = DEFAULT_ROBOT) -> RobotModel:
+    """Load and compile a robot; the same object comes back the next time.
+
+    Raises:
+        RobotError: unknown name, missing package, or a profile that does not fit its model file.
+    """
+    return build_robot(find_profile(name_or_path))
+
+
+def installed(name: str) -> bool:
+    """Whether the model file of a built-in robot is on this machine."""
+    profile = read_profile(PROFILES / f"{name}.toml")
+    path = locate(profile.source, profile.folder)
+    return path is not None and path.is_file()

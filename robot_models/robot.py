@@ -1,0 +1,112 @@
+"""`RobotModel`: one compiled robot with everything addressed by name."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from robot_models.errors import RobotError
+from robot_models.profile import FEET, RobotProfile, Sole
+
+if TYPE_CHECKING:
+    import mujoco
+
+CONTACT_NAMES = tuple(f"{side}_{edge}" for side in FEET for edge in ("heel", "toe"))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RobotModel:
+    """A robot ready for kinematics and physics. J joints, B bodies (the root and every body with a joint).
+
+    `model` is mesh-free: primitives, four contact points per sole, a floor, one position actuator per joint in
+    joint order. qpos is [root xyz, root wxyz, joints in `joint_names` order].
+    """
+
+    profile: RobotProfile
+    model: mujoco.MjModel
+    joint_names: tuple[str, ...]
+    body_names: tuple[str, ...]
+    body_ids: tuple[int, ...]  # MuJoCo ids of `body_names`
+    lower: Float[ndarray, "J"]  # [rad]
+    upper: Float[ndarray, "J"]  # [rad]
+    velocity: Float[ndarray, "J"]  # [rad/s]
+    effort: Float[ndarray, "J"]  # [N m]
+    kp: Float[ndarray, "J"]  # [N m/rad]
+    kd: Float[ndarray, "J"]  # [N m s/rad]
+    default_qpos: Float[ndarray, "nq"]  # soles on the floor, heading +x
+
+    @property
+    def name(self) -> str:
+        """Key in the robot catalogue."""
+        return self.profile.name
+
+    @property
+    def nq(self) -> int:
+        """Length of qpos: 7 + J."""
+        return int(self.model.nq)
+
+    @property
+    def soles(self) -> Mapping[str, Sole]:
+        """Flat patch per foot."""
+        return self.profile.soles
+
+    @property
+    def default_joint_pos(self) -> Float[ndarray, "J"]:
+        """Joint angles of the default pose [rad]."""
+        return np.asarray(self.default_qpos[7:])
+
+    def joint(self, name: str) -> int:
+        """Place of a joint in every joint array."""
+        return _place(name, self.joint_names, f"robot '{self.name}', joint")
+
+    def body(self, name: str) -> int:
+        """Place of a body in every (.., B, ..) array."""
+        return _place(name, self.body_names, f"robot '{self.name}', body")
+
+    def landmark(self, name: str) -> int:
+        """Place of the body that a landmark (pelvis, left_knee, ...) stands on."""
+        return self.body(self.profile.landmarks[name])
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of names, tree, axes and limits: equal hashes mean equal forward kinematics."""
+        m, digest = self.model, hashlib.sha256()
+        digest.update(" ".join((*self.joint_names, *self.body_names)).encode())
+        for array in (m.body_parentid, m.body_pos, m.body_quat, m.jnt_axis, m.jnt_pos, m.jnt_range):
+            # Rounded, so that another compiler's last bit does not make another robot; + 0.0 drops minus zeros.
+            digest.update((np.round(np.asarray(array, dtype=float), 9) + 0.0).tobytes())
+        return digest.hexdigest()
+
+    @cached_property
+    def leg_length(self) -> float:
+        """Hip to knee to ankle along the default-zero pose [m], mean of both legs."""
+        return float(np.mean([self._chain(f"{s}_hip", f"{s}_knee", f"{s}_foot") for s in FEET]))
+
+    def _chain(self, *landmarks: str) -> float:
+        from robot_models.kinematics import forward_kinematics
+
+        zero = np.zeros((1, self.nq))
+        zero[:, 3] = 1.0
+        pos, _ = forward_kinematics(self, zero)
+        points = pos[0, [self.landmark(k) for k in landmarks]]
+        return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum())
+
+
+def _place(name: str, names: Sequence[str], what: str) -> int:
+    if name in names:
+        return names.index(name)
+    near = difflib.get_close_matches(name, names, n=3)
+    raise RobotError(
+        f"{what} '{name}'",
+        found="no such name",
+        expected=f"one of {', '.join(near or names)}",
+        cure="check the spelling",
+    )

@@ -1,0 +1,179 @@
+"""Rotation algebra on arrays: unit quaternions (w, x, y, z), rotation vectors, matrices.
+
+Everything acts on the last axis and broadcasts over the rest. A quaternion named `a_from_b` turns the
+coordinates of a vector in frame b into those in frame a, so neighbours cancel:
+`a_from_c = multiply(a_from_b, b_from_c)`. Angular velocity comes from the logarithm, never from
+differences of components (Sola, Deray & Atchuthan, "A micro Lie theory", 2018, section IV).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+Quat = Float[ndarray, "*batch 4"]
+Vec = Float[ndarray, "*batch 3"]
+Mat = Float[ndarray, "*batch 3 3"]
+
+IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def multiply(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
+    """Hamilton product `a b`."""
+    aw, ax, ay, az = np.moveaxis(a, -1, 0)
+    bw, bx, by, bz = np.moveaxis(b, -1, 0)
+    return np.stack(
+        (
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ),
+        axis=-1,
+    )
+
+
+def conjugate(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
+    """The inverse rotation of a unit quaternion."""
+    return q * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def rotate(a_from_b: Float[ndarray, "... 4"], v_b: Float[ndarray, "... 3"]) -> Float[ndarray, "... 3"]:
+    """Coordinates in frame a of vectors given in frame b."""
+    w, u = a_from_b[..., :1], a_from_b[..., 1:]
+    t = 2.0 * np.cross(u, v_b)
+    return v_b + w * t + np.cross(u, t)
+
+
+def normalise(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
+    """Unit quaternions; zero ones are the caller's fault and come back as NaN."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+def exp(rotvec: Float[ndarray, "... 3"]) -> Float[ndarray, "... 4"]:
+    """Quaternion of a rotation vector (axis times angle) [rad]."""
+    half = 0.5 * np.linalg.norm(rotvec, axis=-1, keepdims=True)
+    return np.concatenate((np.cos(half), 0.5 * np.sinc(half / np.pi) * rotvec), axis=-1)
+
+
+def log(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 3"]:
+    """Rotation vector of the shortest turn, length in [0, pi] [rad]."""
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, q[..., :1])
+    tiny = sine < 1e-12
+    return q[..., 1:] * np.where(tiny, 2.0, angle / np.where(tiny, 1.0, sine))
+
+
+def angle_between(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"]) -> Float[ndarray, "..."]:
+    """Angle of the turn from a to b, in [0, pi] [rad]; does not care for signs."""
+    return np.asarray(np.linalg.norm(log(multiply(conjugate(a), b)), axis=-1))
+
+
+def slerp(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"], t: Float[ndarray, "..."]) -> Float[ndarray, "... 4"]:
+    """Great-circle interpolation from a (t = 0) to b (t = 1) by the shorter way."""
+    return multiply(a, exp(np.asarray(t)[..., None] * log(multiply(conjugate(a), b))))
+
+
+def continuous(q: Float[ndarray, "T ... 4"]) -> Float[ndarray, "T ... 4"]:
+    """The same rotations with signs chosen so that neighbours in time lie in one half space."""
+    flips = np.where(np.sum(q[1:] * q[:-1], axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
+    return np.concatenate((q[:1], q[1:] * np.cumprod(flips, axis=0)), axis=0)
+
+
+def mean(q: Float[ndarray, "N 4"], weights: Float[ndarray, "N"] | None = None) -> Float[ndarray, "4"]:
+    """The rotation nearest to all: top eigenvector of the sum of q q^T (Markley et al. 2007, eq. 12)."""
+    w = np.ones(len(q)) if weights is None else weights
+    return np.asarray(np.linalg.eigh((q * w[:, None]).T @ q)[1][:, -1])
+
+
+def from_matrix(m: Float[ndarray, "... 3 3"]) -> Float[ndarray, "... 4"]:
+    """Quaternion of rotation matrices: the best conditioned of four formulas (Shepperd 1978)."""
+    t = np.stack(
+        (
+            m[..., 0, 0] + m[..., 1, 1] + m[..., 2, 2],
+            m[..., 0, 0] - m[..., 1, 1] - m[..., 2, 2],
+            -m[..., 0, 0] + m[..., 1, 1] - m[..., 2, 2],
+            -m[..., 0, 0] - m[..., 1, 1] + m[..., 2, 2],
+        ),
+        axis=-1,
+    )
+    yz, zx, xy = m[..., 2, 1], m[..., 0, 2], m[..., 1, 0]
+    zy, xz, yx = m[..., 1, 2], m[..., 2, 0], m[..., 0, 1]
+    w, x, y, z = np.moveaxis(1.0 + t, -1, 0)
+    rows = np.stack(
+        (
+            np.stack((w, yz - zy, zx - xz, xy - yx), axis=-1),
+            np.stack((yz - zy, x, xy + yx, zx + xz), axis=-1),
+            np.stack((zx - xz, xy + yx, y, yz + zy), axis=-1),
+            np.stack((xy - yx, zx + xz, yz + zy, z), axis=-1),
+        ),
+        axis=-2,
+    )
+    best = np.argmax(t, axis=-1)[..., None, None]
+    return normalise(np.take_along_axis(rows, best, axis=-2)[..., 0, :])
+
+
+def to_matrix(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 3 3"]:
+    """Rotation matrices of unit quaternions."""
+    return np.stack([rotate(q, np.broadcast_to(e, (*q.shape[:-1], 3))) for e in np.eye(3)], axis=-1)
+
+
+def from_axes(x: Float[ndarray, "... 3"], y_hint: Float[ndarray, "... 3"]) -> Float[ndarray, "... 4"]:
+    """The frame whose x axis is along `x` and whose y axis is as near to `y_hint` as can be."""
+    x = unit(x)
+    z = unit(np.cross(x, y_hint))
+    return from_matrix(np.stack((x, np.cross(z, x), z), axis=-1))
+
+
+def from_euler(angles: Float[ndarray, "... 3"], order: str) -> Float[ndarray, "... 4"]:
+    """Intrinsic turns about the axes named in `order`, applied left to right; angles in rad in that order."""
+    q = exp(angles[..., :1] * np.eye(3)["XYZ".index(order[0])])
+    for i in (1, 2):
+        q = multiply(q, exp(angles[..., i : i + 1] * np.eye(3)["XYZ".index(order[i])]))
+    return q
+
+
+def from_yaw(yaw: Float[ndarray, "..."]) -> Float[ndarray, "... 4"]:
+    """Turn about the vertical by `yaw` [rad]."""
+    return exp(np.asarray(yaw)[..., None] * np.array([0.0, 0.0, 1.0]))
+
+
+def yaw(q: Float[ndarray, "... 4"]) -> Float[ndarray, "..."]:
+    """Heading of the rotated x axis about the vertical, in (-pi, pi] [rad]."""
+    x = rotate(q, np.broadcast_to([1.0, 0.0, 0.0], (*q.shape[:-1], 3)))
+    return np.asarray(np.arctan2(x[..., 1], x[..., 0]))
+
+
+def from_quat_xyzw(q_xyzw: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
+    """wxyz of quaternions stored scalar-last (Pinocchio, SciPy, most CSV and PKL files)."""
+    return np.asarray(q_xyzw)[..., [3, 0, 1, 2]]
+
+
+def to_quat_xyzw(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
+    """Scalar-last order of wxyz quaternions."""
+    return np.asarray(q)[..., [1, 2, 3, 0]]
+
+
+def unit(v: Float[ndarray, "... 3"]) -> Float[ndarray, "... 3"]:
+    """Vectors of length one; zero vectors stay zero."""
+    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
+
+
+def angular_velocity(q: Float[ndarray, "T ... 4"], dt: float) -> Float[ndarray, "T ... 3"]:
+    """World-frame angular velocity [rad/s] of world_from_body: central log differences, one-sided at the ends.
+
+    Second order inside: log(q(t+1) q(t-1)^-1) / 2 dt.
+    """
+    if len(q) < 2:
+        return np.zeros((*q.shape[:-1], 3))
+    step = log(multiply(q[1:], conjugate(q[:-1]))) / dt
+    inner = log(multiply(q[2:], conjugate(q[:-2]))) / (2.0 * dt)
+    return np.concatenate((step[:1], inner, step[-1:]), axis=0)
+
+
+def linear_velocity(x: Float[ndarray, "T ..."], dt: float) -> Float[ndarray, "T ..."]:
+    """Time derivative: central differences inside, one-sided at the ends."""
+    return np.gradient(x, dt, axis=0) if len(x) > 1 else np.zeros_like(x)

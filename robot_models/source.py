@@ -1,0 +1,115 @@
+"""From a robot's model file (URDF or MJCF, ours or an installed package's) to a mesh-free `mujoco.MjSpec`."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import sysconfig
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robot_models.errors import RobotError
+from robot_models.profile import RobotProfile, Source
+
+if TYPE_CHECKING:
+    import mujoco
+
+# Packages built with cmeel keep their data here, beside site-packages rather than in an importable module.
+_CMEEL = Path("cmeel.prefix/share")
+
+
+def locate(source: Source, folder: Path) -> Path | None:
+    """Path of the model file, or None where the package that holds it is not installed."""
+    if not source.package:
+        return folder / source.path
+    roots = [Path(p) / _CMEEL / source.package for p in {sysconfig.get_paths()["purelib"], *sys.path} if p]
+    found = importlib.util.find_spec(source.package) if source.package.isidentifier() else None
+    if found is not None and found.submodule_search_locations:
+        roots += [Path(p) for p in found.submodule_search_locations]
+    return next((r / source.path for r in roots if (r / source.path).is_file()), None)
+
+
+def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
+    """The robot's tree without meshes, its root free and named `root`.
+
+    Raises:
+        RobotError: the file is absent or MuJoCo refuses it.
+    """
+    import mujoco
+
+    path = locate(profile.source, profile.folder)
+    if path is None or not path.is_file():
+        raise RobotError(
+            f"robot '{profile.name}'",
+            found=f"no model file {profile.source.path}",
+            expected=f"the package {profile.source.package}" if profile.source.package else f"the file {path}",
+            cure=profile.source.install,
+        )
+    text = path.read_text(encoding="utf-8")
+    try:
+        if ET.fromstring(text).tag == "robot":
+            text = _urdf_for_mujoco(text, repair=profile.source.inertia == "repair")
+        spec = mujoco.MjSpec.from_string(text)
+    except (ValueError, ET.ParseError) as e:
+        raise RobotError(str(path), found=f"a file that MuJoCo refuses ({e})", expected="a URDF or MJCF robot") from e
+    _free_the_root(spec, profile)
+    _freeze(spec, profile)
+    return spec
+
+
+def _urdf_for_mujoco(text: str, *, repair: bool) -> str:
+    """URDF text with its meshes dropped and MuJoCo's compiler told to merge fixed links and keep inertias."""
+    robot = ET.fromstring(text)
+    for link in robot.iter("link"):
+        for part in [e for e in link if e.tag in ("visual", "collision")]:
+            if part.find("geometry/mesh") is not None or part.tag == "visual":
+                link.remove(part)
+    for element in robot.findall("mujoco"):
+        robot.remove(element)
+    options = {"discardvisual": "true", "fusestatic": "true"}
+    if repair:
+        options |= {"boundmass": "1e-6", "boundinertia": "1e-9", "balanceinertia": "true"}
+    extension = ET.SubElement(robot, "mujoco")
+    ET.SubElement(extension, "compiler", options)
+    return ET.tostring(robot, encoding="unicode")
+
+
+def _free_the_root(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
+    root = spec.worldbody.first_body()
+    if root is None or root.name != profile.root:
+        names = ", ".join(b.name for b in spec.bodies[1:])
+        raise RobotError(
+            f"robot '{profile.name}', root",
+            found=f"'{root.name if root else 'nothing'}' at the top of the tree",
+            expected=f"'{profile.root}' (bodies: {names})",
+        )
+    free = [j for j in root.joints if _is_free(j)]
+    if free:
+        free[0].name = "root"
+    else:
+        root.add_freejoint(name="root")
+    root.pos = [0.0, 0.0, 0.0]
+
+
+def _freeze(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
+    import re
+
+    for equality in list(spec.equalities):
+        spec.delete(equality)
+    for pattern in profile.freeze:
+        hits = [j for j in spec.joints if re.fullmatch(pattern, j.name)]
+        if not hits:
+            raise RobotError(
+                f"robot '{profile.name}', freeze pattern '{pattern}'",
+                found="no such joint",
+                expected=f"a full match among {', '.join(j.name for j in spec.joints)}",
+            )
+        for joint in hits:
+            spec.delete(joint)
+
+
+def _is_free(joint: mujoco.MjsJoint) -> bool:
+    import mujoco
+
+    return bool(joint.type == mujoco.mjtJoint.mjJNT_FREE)
