@@ -2,7 +2,7 @@
 
 from robot_models.catalogue import DEFAULT_ROBOT, find_profile, installed, load_robot, robot_names
 from robot_models.errors import DanceError, RobotError
-from robot_models.kinematics import forward_kinematics, sole_corners, sole_edges
+from robot_models.kinematics import BodyStates, body_states, forward_kinematics, sole_corners, sole_edges
 from robot_models.profile import FEET, LANDMARKS, RobotProfile, Sole, read_profile
 from robot_models.robot import CONTACT_NAMES, RobotModel
 
@@ -11,11 +11,13 @@ __all__ = [
     "DEFAULT_ROBOT",
     "FEET",
     "LANDMARKS",
+    "BodyStates",
     "DanceError",
     "RobotError",
     "RobotModel",
     "RobotProfile",
     "Sole",
+    "body_states",
     "find_profile",
     "forward_kinematics",
     "installed",

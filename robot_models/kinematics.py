@@ -1,6 +1,10 @@
-"""Forward kinematics of whole clips at once: one pass down the tree, vectorised over frames."""
+"""Forward kinematics of whole clips, or of many environments, at once: level by level down the tree."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -10,35 +14,103 @@ from robot_models import rotation as rot
 from robot_models.robot import RobotModel
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyStates:
+    """World poses and velocities of the robot's bodies. N is frames or environments."""
+
+    pos: Float[ndarray, "N B 3"]  # [m]
+    quat: Float[ndarray, "N B 4"]  # wxyz, world_from_body
+    lin_vel: Float[ndarray, "N B 3"]  # of the body origin [m/s]
+    ang_vel: Float[ndarray, "N B 3"]  # [rad/s]
+
+
 def forward_kinematics(
     robot: RobotModel, qpos: Float[ndarray, "T nq"]
 ) -> tuple[Float[ndarray, "T B 3"], Float[ndarray, "T B 4"]]:
-    """World positions [m] and orientations (wxyz) of the robot's bodies.
+    """World positions [m] and orientations (wxyz, sign-continuous in time) of the robot's bodies.
 
     Args:
         robot: the robot; B follows its `body_names`.
         qpos: root position [m], root wxyz, joint angles [rad] in `joint_names` order.
     """
-    m, frames = robot.model, len(qpos)
-    pos = np.zeros((m.nbody, frames, 3))
-    quat = np.zeros((m.nbody, frames, 4))
-    quat[0, :, 0] = 1.0
-    root = robot.body_ids[0]
-    pos[root], quat[root] = qpos[:, :3], rot.normalise(qpos[:, 3:7])
-    for body in range(root + 1, m.nbody):
-        parent = m.body_parentid[body]
-        pos[body] = pos[parent] + rot.rotate(quat[parent], np.broadcast_to(m.body_pos[body], (frames, 3)))
-        quat[body] = rot.multiply(quat[parent], np.broadcast_to(m.body_quat[body], (frames, 4)))
-        if m.body_jntnum[body]:
-            joint = m.body_jntadr[body]
-            turn = rot.exp(qpos[:, m.jnt_qposadr[joint], None] * m.jnt_axis[joint])
-            anchor = np.broadcast_to(m.jnt_pos[joint], (frames, 3))
-            # MuJoCo turns the body about its joint anchor, which need not be the body origin.
-            pos[body] += rot.rotate(quat[body], anchor)
-            quat[body] = rot.multiply(quat[body], turn)
-            pos[body] -= rot.rotate(quat[body], anchor)
-    ids = list(robot.body_ids)
-    return pos[ids].swapaxes(0, 1).copy(), rot.continuous(rot.normalise(quat[ids].swapaxes(0, 1)))
+    pos, quat, _ = _poses(robot, qpos)
+    return pos, rot.continuous(quat)
+
+
+def body_states(robot: RobotModel, qpos: Float[ndarray, "N nq"], qvel: Float[ndarray, "N nv"]) -> BodyStates:
+    """Poses and velocities of all bodies from MuJoCo's state: one pass outwards.
+
+    qvel has MuJoCo's layout: root linear velocity in the world frame, root angular velocity in the body frame.
+    """
+    pos, quat, axes = _poses(robot, qpos)
+    lin, ang = np.zeros_like(pos), np.zeros_like(pos)
+    lin[:, 0], ang[:, 0] = qvel[:, :3], rot.rotate(quat[:, 0], qvel[:, 3:6])
+    for level in _levels(robot):
+        b, p = level.bodies, level.parents
+        carried = ang[:, p] + 0.0
+        spin = axes[:, b] * qvel[:, 6 + level.joints, None]
+        # The joint's anchor moves with the parent; the body turns about it with both.
+        arm = rot.rotate(quat[:, b], np.broadcast_to(level.anchors, (len(qpos), len(b), 3)))
+        anchor = pos[:, b] + arm
+        ang[:, b] = carried + spin
+        lin[:, b] = lin[:, p] + rot.cross(carried, anchor - pos[:, p]) - rot.cross(ang[:, b], arm)
+    return BodyStates(pos=pos, quat=quat, lin_vel=lin, ang_vel=ang)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Level:
+    """Bodies at one depth of the tree; their parents stand on levels before. Fixed bodies are folded in."""
+
+    bodies: ndarray
+    parents: ndarray
+    joints: ndarray
+    pos: ndarray  # of the body in its parent, at zero
+    quat: ndarray
+    axes: ndarray
+    anchors: ndarray
+
+
+@lru_cache(maxsize=16)
+def _levels(robot: RobotModel) -> tuple[_Level, ...]:
+    m = robot.model
+    place = {b: i for i, b in enumerate(robot.body_ids)}
+    rows: dict[int, list[tuple[Any, ...]]] = {}
+    depth = {robot.body_ids[0]: 0}
+    for body in robot.body_ids[1:]:
+        pos, quat = np.array(m.body_pos[body]), np.array(m.body_quat[body])
+        parent = int(m.body_parentid[body])
+        while parent not in place:  # a fixed body between two joints
+            pos = m.body_pos[parent] + rot.rotate(m.body_quat[parent], pos)
+            quat = rot.multiply(m.body_quat[parent], quat)
+            parent = int(m.body_parentid[parent])
+        depth[body] = depth[parent] + 1
+        joint = int(m.body_jntadr[body])
+        row = (place[body], place[parent], place[body] - 1, pos, quat, m.jnt_axis[joint], m.jnt_pos[joint])
+        rows.setdefault(depth[body], []).append(row)
+    return tuple(
+        _Level(**dict(zip(_Level.__dataclass_fields__, map(np.array, zip(*rows[d], strict=True)), strict=True)))
+        for d in sorted(rows)
+    )
+
+
+def _poses(robot: RobotModel, qpos: Float[ndarray, "N nq"]) -> tuple[ndarray, ndarray, ndarray]:
+    """Positions, orientations and world joint axes of all bodies, level by level down the tree."""
+    count = len(qpos)
+    pos = np.zeros((count, len(robot.body_names), 3))
+    quat = np.zeros((count, len(robot.body_names), 4))
+    axes = np.zeros_like(pos)
+    pos[:, 0], quat[:, 0] = qpos[:, :3], rot.normalise(qpos[:, 3:7])
+    for level in _levels(robot):
+        parent = quat[:, level.parents]
+        rest = rot.multiply(parent, level.quat)
+        # MuJoCo turns a body about its joint's anchor, which need not be the body's origin.
+        half = 0.5 * qpos[:, 7 + level.joints, None]
+        turned = rot.multiply(rest, np.concatenate((np.cos(half), np.sin(half) * level.axes), axis=-1))
+        shift = rot.rotate(rest, level.anchors) - rot.rotate(turned, level.anchors) if level.anchors.any() else 0.0
+        pos[:, level.bodies] = pos[:, level.parents] + rot.rotate(parent, level.pos) + shift
+        quat[:, level.bodies] = turned
+        axes[:, level.bodies] = rot.rotate(rest, level.axes)
+    return pos, quat, axes
 
 
 def sole_corners(

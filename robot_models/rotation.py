@@ -21,17 +21,25 @@ IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 def multiply(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
     """Hamilton product `a b`."""
-    aw, ax, ay, az = np.moveaxis(a, -1, 0)
-    bw, bx, by, bz = np.moveaxis(b, -1, 0)
-    return np.stack(
-        (
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ),
-        axis=-1,
-    )
+    aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
+    bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
+    out = np.empty(np.broadcast_shapes(np.shape(a), np.shape(b)))
+    out[..., 0] = aw * bw - ax * bx - ay * by - az * bz
+    out[..., 1] = aw * bx + ax * bw + ay * bz - az * by
+    out[..., 2] = aw * by - ax * bz + ay * bw + az * bx
+    out[..., 3] = aw * bz + ax * by - ay * bx + az * bw
+    return out
+
+
+def cross(a: Float[ndarray, "... 3"], b: Float[ndarray, "... 3"]) -> Float[ndarray, "... 3"]:
+    """Vector product; several times faster than numpy's general one."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    out = np.empty(np.broadcast_shapes(np.shape(a), np.shape(b)))
+    out[..., 0] = ay * bz - az * by
+    out[..., 1] = az * bx - ax * bz
+    out[..., 2] = ax * by - ay * bx
+    return out
 
 
 def conjugate(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
@@ -42,8 +50,8 @@ def conjugate(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
 def rotate(a_from_b: Float[ndarray, "... 4"], v_b: Float[ndarray, "... 3"]) -> Float[ndarray, "... 3"]:
     """Coordinates in frame a of vectors given in frame b."""
     w, u = a_from_b[..., :1], a_from_b[..., 1:]
-    t = 2.0 * np.cross(u, v_b)
-    return v_b + w * t + np.cross(u, t)
+    t = 2.0 * cross(u, v_b)
+    return v_b + w * t + cross(u, t)
 
 
 def normalise(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
@@ -124,8 +132,8 @@ def to_matrix(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 3 3"]:
 def from_axes(x: Float[ndarray, "... 3"], y_hint: Float[ndarray, "... 3"]) -> Float[ndarray, "... 4"]:
     """The frame whose x axis is along `x` and whose y axis is as near to `y_hint` as can be."""
     x = unit(x)
-    z = unit(np.cross(x, y_hint))
-    return from_matrix(np.stack((x, np.cross(z, x), z), axis=-1))
+    z = unit(cross(x, y_hint))
+    return from_matrix(np.stack((x, cross(z, x), z), axis=-1))
 
 
 def from_euler(angles: Float[ndarray, "... 3"], order: str) -> Float[ndarray, "... 4"]:

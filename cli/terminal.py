@@ -1,0 +1,112 @@
+"""What every command shares: parsing, progress on stderr, one summary on stdout, refusals in two lines.
+
+Exit codes: 0 done; 1 done, below the quality gate; 2 input refused.
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import tyro
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from clips import ReadOptions
+from retarget import Report
+from robot_models import DanceError
+
+DONE, BELOW_GATE, REFUSED = 0, 1, 2
+_FLAGS = {"robot": "--source-robot"}  # reading options whose flag has another name
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileOptions:
+    """What you state about the clip; a statement beats every guess."""
+
+    fps: float | None = None
+    """Frame rate of the file, where it does not say."""
+    unit: str | None = None
+    """Unit of its positions: m, cm, mm, inch, cmu, or a number of metres."""
+    up: str | None = None
+    """Its up axis: x, y, z, -x, -y or -z."""
+    stature: float | None = None
+    """Height of the person in metres; settles the scale of a file in unknown units."""
+    quat_order: str | None = None
+    """Order of its root quaternions: wxyz or xyzw."""
+    source_robot: str | None = None
+    """The robot that a joint-space file was made for."""
+
+    def reading(self) -> ReadOptions:
+        """The same for the readers."""
+        return ReadOptions(
+            fps=self.fps,
+            unit=self.unit,
+            up=self.up,
+            stature=self.stature,
+            quat_order=self.quat_order,
+            robot=self.source_robot,
+        )
+
+
+Clip = Annotated[Path, tyro.conf.Positional]
+
+
+def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: list[str] | None) -> int:
+    """Parse, run, and turn every refusal into two lines and an exit code."""
+    words = sys.argv[1:] if argv is None else argv
+    options = tyro.cli(arguments, prog=name, args=words, config=(tyro.conf.OmitArgPrefixes,))
+    try:
+        return body(options)
+    except DanceError as e:
+        complain(e, name, words)
+        return REFUSED
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        return 130
+
+
+def complain(error: DanceError, name: str, words: list[str]) -> None:
+    """The refusal, and the command to type where an option would settle it."""
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    console.print(f"refused: {error}", style="red", markup=False)
+    if error.option:
+        flag = _FLAGS.get(error.option, "--" + error.option.replace("_", "-"))
+        value = error.suggestion or "VALUE"
+        console.print(f"try: {name} {shlex.join(words)} {flag} {value}", markup=False)
+
+
+@contextmanager
+def progress(unit: str) -> Iterator[Callable[[str, int, int], None]]:
+    """A bar per stage on stderr, with rate and time to go; silent where stderr is no terminal."""
+    bar = Progress(
+        TextColumn("{task.description:<20}"), BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeElapsedColumn(),
+        TextColumn("eta"), TimeRemainingColumn(), console=Console(stderr=True), disable=not sys.stderr.isatty(),
+    )  # fmt: skip
+    tasks: dict[str, Any] = {}
+    with bar:
+
+        def tell(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = bar.add_task(stage, total=total)
+            bar.update(tasks[stage], completed=done, total=total)
+
+        yield tell
+
+
+def print_report(report: Report, console: Console) -> None:
+    """Every number of the report, the gates marked."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in ("", "measured", "value", "gate"):
+        table.add_column(column, justify="right" if column in ("value", "gate") else "left")
+    for m in report.metrics:
+        mark = "" if m.limit is None else "[green]ok[/]" if m.passed else "[red]FAIL[/]"
+        table.add_row(mark, m.name, f"{m.value:.4g} {m.unit}", "" if m.limit is None else f"{m.limit:.4g}")
+    console.print(table)

@@ -1,0 +1,133 @@
+"""What a robot looks like: its own primitives, or the real meshes where a package brings them."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray
+
+from robot_models import rotation as rot
+from robot_models.robot import RobotModel
+from robot_models.source import locate
+from robot_models.surface import body_geoms
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Part:
+    """One piece of a body's surface, in the body's frame."""
+
+    body: str
+    kind: str  # "box", "capsule", "cylinder", "sphere" or "mesh"
+    pos: Float[ndarray, "3"]  # [m]
+    quat: Float[ndarray, "4"]  # wxyz
+    size: Float[ndarray, "3"]  # box: half sizes; capsule, cylinder: radius, half length; sphere: radius [m]
+    rgba: tuple[float, float, float, float]
+    vertices: Float[ndarray, "V 3"] | None = None  # [m]
+    faces: Int[ndarray, "F 3"] | None = None
+
+
+def visual_parts(robot: RobotModel) -> list[Part]:
+    """The robot's meshes where they are installed, else its primitives."""
+    meshes = robot.profile.meshes
+    path = locate(meshes, robot.profile.folder) if meshes is not None else None
+    return mesh_parts(robot, path) if path is not None else primitive_parts(robot)
+
+
+def primitive_parts(robot: RobotModel) -> list[Part]:
+    """The primitives of the compiled model."""
+    import mujoco
+
+    m, names = robot.model, dict(zip(robot.body_ids, robot.body_names, strict=True))
+    kinds = {
+        mujoco.mjtGeom.mjGEOM_BOX: "box",
+        mujoco.mjtGeom.mjGEOM_CAPSULE: "capsule",
+        mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder",
+        mujoco.mjtGeom.mjGEOM_SPHERE: "sphere",
+    }
+    return [
+        Part(
+            body=names[int(m.geom_bodyid[g])],
+            kind=kinds[mujoco.mjtGeom(int(m.geom_type[g]))],
+            pos=np.array(m.geom_pos[g]),
+            quat=np.array(m.geom_quat[g]),
+            size=np.array(m.geom_size[g]),
+            rgba=tuple(float(c) for c in m.geom_rgba[g]),
+        )
+        for g in body_geoms(robot)
+        if int(m.geom_bodyid[g]) in names
+    ]
+
+
+def mesh_parts(robot: RobotModel, urdf: Path) -> list[Part]:
+    """The visual meshes of a URDF, carried over to the robot's bodies (fixed links merged into their parents)."""
+    import trimesh
+
+    tree = ET.parse(urdf).getroot()
+    carrier = _carriers(tree, set(robot.body_names))
+    parts = []
+    for link in tree.findall("link"):
+        body, body_from_link = carrier.get(link.get("name", ""), ("", np.eye(4)))
+        for visual in link.findall("visual") if body else []:
+            mesh = visual.find("geometry/mesh")
+            path = _mesh_path(mesh.get("filename", ""), urdf) if mesh is not None else None
+            if mesh is None or path is None:
+                continue
+            shape = trimesh.load(path, force="mesh")
+            scale = np.array([float(s) for s in mesh.get("scale", "1 1 1").split()])
+            body_from_mesh = body_from_link @ _origin(visual)
+            points = np.asarray(shape.vertices, dtype=float) * scale
+            parts.append(
+                Part(
+                    body=body,
+                    kind="mesh",
+                    pos=np.zeros(3),
+                    quat=rot.IDENTITY,
+                    size=np.zeros(3),
+                    rgba=(0.75, 0.77, 0.8, 1.0),
+                    vertices=points @ body_from_mesh[:3, :3].T + body_from_mesh[:3, 3],
+                    faces=np.asarray(shape.faces, dtype=int),
+                )
+            )
+    return parts
+
+
+def _carriers(tree: ET.Element, bodies: set[str]) -> dict[str, tuple[str, ndarray]]:
+    """Link -> (moving body that carries it, body_from_link), walking down fixed joints."""
+    found = {b: (b, np.eye(4)) for b in bodies}
+    joints = tree.findall("joint")
+    for _ in joints:
+        for joint in joints:
+            parent, child = (_require(joint, tag).get("link", "") for tag in ("parent", "child"))
+            if parent in found and child not in found:
+                body, pose = found[parent]
+                found[child] = (body, pose @ _origin(joint))
+    return found
+
+
+def _require(element: ET.Element, tag: str) -> ET.Element:
+    found = element.find(tag)
+    return found if found is not None else ET.Element(tag)
+
+
+def _origin(element: ET.Element) -> ndarray:
+    """4 x 4 transform of a URDF <origin>: extrinsic roll, pitch, yaw."""
+    origin = _require(element, "origin")
+    roll, pitch, yaw = (float(v) for v in origin.get("rpy", "0 0 0").split())
+    pose = np.eye(4)
+    pose[:3, :3] = rot.to_matrix(rot.from_euler(np.array([yaw, pitch, roll]), "ZYX"))
+    pose[:3, 3] = [float(v) for v in origin.get("xyz", "0 0 0").split()]
+    return pose
+
+
+def _mesh_path(name: str, urdf: Path) -> Path | None:
+    """A mesh beside its URDF: `package://robots/x/y.stl` is looked up along the URDF's parents."""
+    relative = name.split("://", 1)[-1]
+    for folder in urdf.parents:
+        for tail in (relative, "/".join(relative.split("/")[1:])):
+            if tail and (folder / tail).is_file():
+                return folder / tail
+    return None

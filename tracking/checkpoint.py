@@ -1,0 +1,87 @@
+"""One file from which a training run goes on exactly: networks, optimiser, normalisers, generators, environments."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from clips.files import write_whole
+from tracking.config import TrainConfig
+from tracking.errors import TrackingError
+from tracking.ppo import Trainer
+
+FORMAT_VERSION = 1
+
+
+def save_checkpoint(path: Path, trainer: Trainer, config: TrainConfig, reference_sha256: str, progress: dict[str, Any]) -> None:
+    """Write the whole state of a run aside, then rename."""
+    state = {
+        "format_version": FORMAT_VERSION,
+        "algorithm": trainer.algorithm.save(),
+        "torch_rng": torch.get_rng_state(),
+        "age": torch.from_numpy(trainer.age.copy()),
+        "task": _packed(trainer.task.state_dict()),
+        "config": json.dumps(asdict(config), sort_keys=True),
+        "reference_sha256": reference_sha256,
+        "progress": json.dumps(progress),
+    }
+    with write_whole(path) as stream:
+        torch.save(state, stream)
+
+
+def load_checkpoint(path: Path) -> dict[str, Any]:
+    """Read a checkpoint; only tensors and plain values are unpickled.
+
+    Raises:
+        TrackingError: no such file, not a checkpoint, or another version.
+    """
+    try:
+        state: dict[str, Any] = torch.load(path, weights_only=True, map_location="cpu")
+    except FileNotFoundError as e:
+        raise TrackingError(str(path), found="no such file", expected="a checkpoint") from e
+    except Exception as e:  # torch raises a different type for every way in which a file can be broken
+        raise TrackingError(str(path), found=f"a file that is no checkpoint ({type(e).__name__})", expected="one") from e
+    if not isinstance(state, dict) or state.get("format_version") != FORMAT_VERSION:
+        raise TrackingError(str(path), found="another format", expected=f"checkpoint version {FORMAT_VERSION}")
+    return state
+
+
+def restore(trainer: Trainer, state: dict[str, Any], config: TrainConfig, reference_sha256: str) -> dict[str, Any]:
+    """Put a trainer into a saved state; returns the saved progress.
+
+    Raises:
+        TrackingError: the run was another task, network or reference.
+    """
+    if state["reference_sha256"] != reference_sha256:
+        raise TrackingError(
+            "resume", found=f"a run on reference {state['reference_sha256'][:12]}", expected=f"{reference_sha256[:12]}",
+            cure="resume with the reference that the run began with",
+        )  # fmt: skip
+    then, now = json.loads(state["config"]), json.loads(json.dumps(asdict(config)))
+    for key in ("task", "envs", "seed"):
+        if then[key] != now[key]:
+            raise TrackingError("resume", found=f"another {key} than the run began with", expected=f"{then[key]}")
+    if then["ppo"]["hidden"] != now["ppo"]["hidden"]:
+        raise TrackingError("resume", found=f"networks {now['ppo']['hidden']}", expected=f"{then['ppo']['hidden']}")
+    trainer.algorithm.load(state["algorithm"], None, True)
+    torch.set_rng_state(state["torch_rng"])
+    trainer.age = state["age"].numpy().copy()
+    trainer.task.load_state_dict(_unpacked(state["task"]))
+    progress: dict[str, Any] = json.loads(state["progress"])
+    return progress
+
+
+def _packed(state: dict[str, Any]) -> dict[str, Any]:
+    """Arrays as tensors and the generator's big integers as text, which torch reads back without unpickling code."""
+    arrays = {k: torch.from_numpy(np.array(v)) for k, v in state.items() if k != "rng"}
+    return {**arrays, "rng": json.dumps(state["rng"])}
+
+
+def _unpacked(state: dict[str, Any]) -> dict[str, Any]:
+    arrays = {k: v.numpy().copy() for k, v in state.items() if k != "rng"}
+    return {**arrays, "rng": json.loads(state["rng"])}

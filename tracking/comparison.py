@@ -1,0 +1,84 @@
+"""Robot against reference at one instant: every error that rewards, terminations and evaluation use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray
+
+from clips import Reference
+from robot_models import FEET, BodyStates, RobotModel
+from robot_models import rotation as rot
+from tracking.config import TerminationConfig
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrackingErrors:
+    """Reference minus robot. N environments, K tracked bodies.
+
+    Body errors are taken after the reference is moved to the robot's heading and place on the floor (its height
+    kept), as the field does: the actor cannot see where in the room it stands.
+    """
+
+    anchor_pos: Float[ndarray, "N 3"]  # world frame [m]
+    anchor_angle: Float[ndarray, "N"]  # [rad]
+    anchor_tilt: Float[ndarray, "N"]  # difference of gravity's z in the two anchor frames
+    body_pos: Float[ndarray, "N K 3"]  # [m]
+    body_angle: Float[ndarray, "N K"]  # [rad]
+    body_lin_vel: Float[ndarray, "N K 3"]  # world frame [m/s]
+    body_ang_vel: Float[ndarray, "N K 3"]  # world frame [rad/s]
+
+
+class ReferenceTables:
+    """The reference's tracked bodies by frame, in arrays made for look-ups."""
+
+    def __init__(self, reference: Reference, robot: RobotModel) -> None:
+        bodies = [robot.body(b) for b in robot.profile.tracked]
+        self.bodies = bodies
+        self.anchor = robot.profile.tracked.index(robot.profile.anchor)
+        feet = [robot.soles[s].body for s in FEET]
+        wrists = [robot.profile.landmarks[f"{s}_wrist"] for s in FEET]
+        self.ends = [robot.profile.tracked.index(b) for b in (*feet, *wrists) if b in robot.profile.tracked]
+        self.qpos, self.qvel = reference.qpos, reference.qvel
+        self.joint_pos, self.joint_vel = np.array(reference.joint_pos), np.array(reference.joint_vel)
+        self.pos, self.quat = reference.body_pos_w[:, bodies], reference.body_quat_w[:, bodies]
+        self.lin_vel, self.ang_vel = reference.body_lin_vel_w[:, bodies], reference.body_ang_vel_w[:, bodies]
+        self.frames = reference.frames
+
+
+def compare(states: BodyStates, tables: ReferenceTables, frame: Int[ndarray, "N"]) -> TrackingErrors:
+    """Errors of the robots' bodies against the reference's frames."""
+    pos, quat = states.pos[:, tables.bodies], states.quat[:, tables.bodies]
+    ref_pos, ref_quat = tables.pos[frame], tables.quat[frame]
+    a = tables.anchor
+    turn = rot.from_yaw(rot.yaw(rot.multiply(quat[:, a], rot.conjugate(ref_quat[:, a]))))[:, None]
+    place = pos[:, a].copy()
+    place[:, 2] = ref_pos[:, a, 2]
+    moved_pos = place[:, None] + rot.rotate(turn, ref_pos - ref_pos[:, a, None])
+    moved_quat = rot.multiply(turn, ref_quat)
+    return TrackingErrors(
+        anchor_pos=ref_pos[:, a] - pos[:, a],
+        anchor_angle=rot.angle_between(quat[:, a], ref_quat[:, a]),
+        anchor_tilt=_up_z(ref_quat[:, a]) - _up_z(quat[:, a]),
+        body_pos=moved_pos - pos,
+        body_angle=rot.angle_between(quat, moved_quat),
+        body_lin_vel=tables.lin_vel[frame] - states.lin_vel[:, tables.bodies],
+        body_ang_vel=tables.ang_vel[frame] - states.ang_vel[:, tables.bodies],
+    )
+
+
+def failures(errors: TrackingErrors, tables: ReferenceTables, config: TerminationConfig) -> dict[str, Bool[ndarray, "N"]]:
+    """Which rollouts have failed, by cause."""
+    ends = np.abs(errors.body_pos[:, tables.ends, 2]).max(axis=1) if tables.ends else np.zeros(len(errors.anchor_tilt))
+    return {
+        "anchor_height": np.abs(errors.anchor_pos[:, 2]) > config.anchor_height,
+        "anchor_tilt": np.abs(errors.anchor_tilt) > config.anchor_tilt,
+        "end_effector_height": ends > config.end_effector_height,
+    }
+
+
+def _up_z(quat: ndarray) -> ndarray:
+    """z of the world's up direction seen in a body frame: 1 - 2 (x^2 + y^2)."""
+    return 1.0 - 2.0 * (np.square(quat[..., 1]) + np.square(quat[..., 2]))

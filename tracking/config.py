@@ -1,0 +1,135 @@
+"""Every number of the tracking task and its training, on one page. Defaults stand here and nowhere else.
+
+Rewards, terminations, start noise, observation noise and randomisation ranges follow BeyondMimic (Liao et al. 2025)
+as its public code has them, unless a comment says otherwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+
+from tracking.errors import TrackingError
+
+
+@dataclass(frozen=True, kw_only=True)
+class RewardConfig:
+    """Weights, and widths sigma of exp(-error^2 / sigma^2)."""
+
+    anchor_position: float = 0.5
+    anchor_position_width: float = 0.3  # [m]
+    anchor_orientation: float = 0.5
+    anchor_orientation_width: float = 0.4  # [rad]
+    body_position: float = 1.0
+    body_position_width: float = 0.3  # [m]
+    body_orientation: float = 1.0
+    body_orientation_width: float = 0.4  # [rad]
+    body_linear_velocity: float = 1.0
+    body_linear_velocity_width: float = 1.0  # [m/s]
+    body_angular_velocity: float = 1.0
+    body_angular_velocity_width: float = 3.14  # [rad/s]
+    action_rate: float = -0.1  # per squared change of the action
+    joint_limit: float = -10.0  # per radian beyond the soft limits
+    soft_limit: float = 0.9  # share of the joint range that costs nothing
+
+
+@dataclass(frozen=True, kw_only=True)
+class TerminationConfig:
+    """When a rollout has failed."""
+
+    anchor_height: float = 0.25  # anchor off the reference's height [m]
+    anchor_tilt: float = 0.8  # difference of the gravity direction's z in the anchor frames
+    end_effector_height: float = 0.25  # feet and wrists off the reference's height [m]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StartNoise:
+    """Half widths of the uniform disturbance of a start state."""
+
+    position: tuple[float, float, float] = (0.05, 0.05, 0.01)  # [m]
+    orientation: tuple[float, float, float] = (0.1, 0.1, 0.2)  # roll, pitch, yaw [rad]
+    linear_velocity: tuple[float, float, float] = (0.5, 0.5, 0.2)  # [m/s]
+    angular_velocity: tuple[float, float, float] = (0.52, 0.52, 0.78)  # [rad/s]
+    joint_position: float = 0.1  # [rad]
+    scale: float = 0.5  # of all of the above; the full width needs a policy that has learned to catch itself
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObservationNoise:
+    """Half widths of the uniform noise on what the actor sees."""
+
+    orientation: float = 0.05  # on the anchor's six numbers
+    gyro: float = 0.2  # [rad/s]
+    joint_position: float = 0.01  # [rad]
+    joint_velocity: float = 0.5  # [rad/s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomisationConfig:
+    """Ranges that each environment's own robot is drawn from."""
+
+    enabled: bool = True
+    friction: tuple[float, float] = (0.5, 1.2)  # of the soles
+    mass: tuple[float, float] = (0.95, 1.05)  # factor on every body
+    torso_com: float = 0.03  # half width, each axis [m]
+    gains: tuple[float, float] = (0.95, 1.05)  # factor on kp and kd, per joint
+    encoder_bias: float = 0.01  # half width [rad]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskConfig:
+    """The tracking task."""
+
+    physics_dt: float = 0.005  # [s]
+    action_scale: float = 0.25  # of effort / kp: radians of target per unit of action
+    rewards: RewardConfig = field(default_factory=RewardConfig)
+    terminations: TerminationConfig = field(default_factory=TerminationConfig)
+    start_noise: StartNoise = field(default_factory=StartNoise)
+    observation_noise: ObservationNoise = field(default_factory=ObservationNoise)
+    randomisation: RandomisationConfig = field(default_factory=RandomisationConfig)
+    look_ahead: tuple[int, ...] = (1, 5)  # reference frames that the actor is shown
+
+
+@dataclass(frozen=True, kw_only=True)
+class PpoConfig:
+    """Proximal policy optimisation for small batches.
+
+    The rate follows a fixed schedule: a KL rule made for 100k-sample batches drives it to nothing with 6k.
+    """
+
+    hidden: tuple[int, ...] = (256, 128)
+    steps_per_env: int = 24
+    epochs: int = 5
+    minibatches: int = 4
+    learning_rate: float = 1e-3  # at the start
+    final_learning_rate: float = 1e-4  # at the end of the budget
+    gamma: float = 0.99
+    lam: float = 0.95
+    clip: float = 0.2
+    entropy: float = 0.003
+    value_weight: float = 1.0
+    max_grad_norm: float = 1.0
+    initial_std: float = 0.6
+    std_range: tuple[float, float] = (0.1, 1.5)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainConfig:
+    """One training run. The budget is counted in steps, so that the same seed gives the same curve."""
+
+    steps: int = 3_000_000  # control steps of all environments together; the schedules run over this budget
+    minutes: float = float("inf")  # stop after this much wall time, whatever the steps [min]
+    envs: int = 256
+    seed: int = 0
+    threads: int = 0  # 0: as many as the process may use
+    evaluate_every: int = 250_000  # control steps between evaluations and checkpoints
+    rollouts: int = 32  # per evaluation
+    target: float = 0.97  # stop early when this share of rollouts finishes, twice in a row
+    task: TaskConfig = field(default_factory=TaskConfig)
+    ppo: PpoConfig = field(default_factory=PpoConfig)
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            value = getattr(self, f.name)
+            low = 0.0 if f.name in ("seed", "threads", "target") else 1e-9
+            if isinstance(value, int | float) and not low <= value:
+                raise TrackingError(f"setting {f.name}", found=repr(value), expected=f"a number of at least {low:g}")

@@ -1,0 +1,157 @@
+"""What actor and critic see: one table of rows, each with its slice, unit, frame, noise and whether a robot can
+measure it. The exported policy carries the same table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray
+
+from robot_models import BodyStates, RobotModel
+from robot_models import rotation as rot
+from tracking.comparison import ReferenceTables
+from tracking.config import ObservationNoise
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Situation:
+    """Everything that an observation may be computed from, for N environments at one instant."""
+
+    qpos: Float[ndarray, "N nq"]
+    qvel: Float[ndarray, "N nv"]
+    states: BodyStates
+    frame: Int[ndarray, "N"]  # of the reference
+    last_action: Float[ndarray, "N J"]
+    encoder_bias: Float[ndarray, "N J"]  # [rad]
+    heading: Float[ndarray, "N 4"]  # turn from the reference's world to the robot's, fixed at the start of a rollout
+
+
+@dataclass(frozen=True, kw_only=True)
+class Term:
+    """One row of the table."""
+
+    name: str
+    size: int
+    unit: str
+    frame: str
+    noise: float  # half width of the uniform noise
+    measurable: bool  # whether a robot has a sensor for it (the reference and the last action count)
+    compute: Callable[[Situation], Float[ndarray, "N size"]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObservationTable:
+    """Rows in order, with their slices."""
+
+    terms: tuple[Term, ...]
+
+    @property
+    def size(self) -> int:
+        """Numbers in one observation."""
+        return sum(t.size for t in self.terms)
+
+    @property
+    def slices(self) -> Mapping[str, slice]:
+        """Where each term stands."""
+        ends = np.cumsum([t.size for t in self.terms])
+        return {t.name: slice(int(e - t.size), int(e)) for t, e in zip(self.terms, ends, strict=True)}
+
+    def observe(self, situation: Situation, rng: np.random.Generator | None) -> Float[ndarray, "N size"]:
+        """All terms side by side in float32, with noise where a generator is given."""
+        out = np.empty((len(situation.qpos), self.size), dtype=np.float32)
+        at = 0
+        for term in self.terms:
+            value = term.compute(situation)
+            if rng is not None and term.noise > 0.0:
+                value = value + rng.uniform(-term.noise, term.noise, size=value.shape)
+            out[:, at : at + term.size] = value
+            at += term.size
+        return out
+
+    def as_rows(self) -> list[dict[str, object]]:
+        """The table for a file."""
+        return [
+            {
+                "name": t.name,
+                "slice": [self.slices[t.name].start, self.slices[t.name].stop],
+                "unit": t.unit,
+                "frame": t.frame,
+                "noise": t.noise,
+                "measurable": t.measurable,
+            }
+            for t in self.terms
+        ]
+
+
+def actor_table(
+    robot: RobotModel, tables: ReferenceTables, noise: ObservationNoise, look_ahead: tuple[int, ...]
+) -> ObservationTable:
+    """What a robot can know: the reference, its IMU, its encoders and its own last action."""
+    j = len(robot.joint_names)
+    default = robot.default_joint_pos
+    last = tables.frames - 1
+    terms = []
+    for ahead in look_ahead:
+        terms += [
+            Term(name=f"reference_joint_pos_{ahead}", size=j, unit="rad", frame="joint", noise=0.0, measurable=True,
+                 compute=lambda s, a=ahead: tables.joint_pos[np.minimum(s.frame + a, last)] - default),
+            Term(name=f"reference_joint_vel_{ahead}", size=j, unit="0.1 rad/s", frame="joint", noise=0.0, measurable=True,
+                 compute=lambda s, a=ahead: 0.1 * tables.joint_vel[np.minimum(s.frame + a, last)]),
+        ]  # fmt: skip
+    terms += [
+        Term(name="anchor_orientation", size=6, unit="", frame="robot anchor: first two columns of the reference anchor",
+             noise=noise.orientation, measurable=True, compute=lambda s: _anchor_orientation(s, tables)),
+        Term(name="gyro", size=3, unit="0.25 rad/s", frame="root body", noise=0.25 * noise.gyro, measurable=True,
+             compute=lambda s: 0.25 * s.qvel[:, 3:6]),
+        Term(name="joint_pos", size=j, unit="rad", frame="joint, off the default pose", noise=noise.joint_position,
+             measurable=True, compute=lambda s: s.qpos[:, 7:] + s.encoder_bias - default),
+        Term(name="joint_vel", size=j, unit="0.1 rad/s", frame="joint", noise=0.1 * noise.joint_velocity, measurable=True,
+             compute=lambda s: 0.1 * s.qvel[:, 6:]),
+        Term(name="last_action", size=j, unit="", frame="joint", noise=0.0, measurable=True,
+             compute=lambda s: s.last_action),
+    ]  # fmt: skip
+    return ObservationTable(terms=tuple(terms))
+
+
+def critic_table(robot: RobotModel, tables: ReferenceTables, look_ahead: tuple[int, ...]) -> ObservationTable:
+    """What the actor sees, without noise, and what only a simulator knows."""
+    k = len(tables.bodies)
+    privileged = (
+        Term(name="anchor_position", size=3, unit="m", frame="robot anchor", noise=0.0, measurable=False,
+             compute=lambda s: _anchor_position(s, tables)),
+        Term(name="root_lin_vel", size=3, unit="m/s", frame="root body", noise=0.0, measurable=False,
+             compute=lambda s: rot.rotate(rot.conjugate(s.states.quat[:, 0]), s.qvel[:, :3])),
+        Term(name="body_pos", size=3 * k, unit="m", frame="robot anchor", noise=0.0, measurable=False,
+             compute=lambda s: _body_positions(s, tables)),
+        Term(name="phase", size=1, unit="share of the clip", frame="", noise=0.0, measurable=False,
+             compute=lambda s: (s.frame / max(1, tables.frames - 1))[:, None]),
+    )  # fmt: skip
+    silent = ObservationNoise(orientation=0.0, gyro=0.0, joint_position=0.0, joint_velocity=0.0)
+    return ObservationTable(terms=(*actor_table(robot, tables, silent, look_ahead).terms, *privileged))
+
+
+def _anchor_orientation(s: Situation, tables: ReferenceTables) -> ndarray:
+    """First two columns of robot_anchor_from_reference_anchor, row by row (BeyondMimic's layout).
+
+    The reference is turned by the heading difference of the rollout's start, which a robot fixes once with its IMU.
+    """
+    robot = s.states.quat[:, tables.bodies[tables.anchor]]
+    wanted = rot.multiply(s.heading, tables.quat[s.frame, tables.anchor])
+    matrix = rot.to_matrix(rot.multiply(rot.conjugate(robot), wanted))
+    return matrix[..., :2].reshape(len(robot), 6)
+
+
+def _anchor_position(s: Situation, tables: ReferenceTables) -> ndarray:
+    anchor = tables.bodies[tables.anchor]
+    return rot.rotate(
+        rot.conjugate(s.states.quat[:, anchor]), tables.pos[s.frame, tables.anchor] - s.states.pos[:, anchor]
+    )
+
+
+def _body_positions(s: Situation, tables: ReferenceTables) -> ndarray:
+    anchor = tables.bodies[tables.anchor]
+    relative = s.states.pos[:, tables.bodies] - s.states.pos[:, anchor, None]
+    return rot.rotate(rot.conjugate(s.states.quat[:, anchor, None]), relative).reshape(len(relative), -1)

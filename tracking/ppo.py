@@ -1,0 +1,155 @@
+"""rsl-rl's PPO on the tracking task: its algorithm and storage, driven by a loop of our own.
+
+The library's runner prints to the console and inspects git repositories; its algorithm does neither.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+# Threads of torch that spin while they wait steal the cores from the physics threads; they must read this at import.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
+import numpy as np
+import torch
+from tensordict import TensorDict
+
+from tracking.config import PpoConfig
+from tracking.physics import available_threads
+from tracking.task import TrackingTask
+
+Actor = Any  # rsl_rl.models.MLPModel
+
+
+@dataclass(frozen=True, kw_only=True)
+class Iteration:
+    """What one round of rollouts and updates came to."""
+
+    steps: int  # control steps in this iteration
+    losses: dict[str, float]
+    episode_s: float  # mean length of the episodes that ended [s], NaN if none did
+    terms: dict[str, float]  # mean of every reward term
+    causes: dict[str, int]  # failures by cause
+    std: float  # mean standard deviation of the action
+
+
+class Trainer:
+    """PPO's networks, storage and optimiser around one batched task."""
+
+    def __init__(self, task: TrackingTask, config: PpoConfig, seed: int, threads: int = 0) -> None:
+        torch.manual_seed(seed)
+        torch.set_num_threads(threads or available_threads())
+        self.task, self.config = task, config
+        self.algorithm = _make_algorithm(self._observe(), task, config)
+        self.age = np.zeros(task.envs)  # control steps since each robot's reset
+
+    @property
+    def actor(self) -> Actor:
+        """The policy network; called on observations it gives the mean action."""
+        return self.algorithm.get_policy()
+
+    def iterate(self, learning_rate: float) -> Iteration:
+        """Collect one batch and learn from it."""
+        self._set_rate(learning_rate)
+        self.algorithm.train_mode()
+        observation = self._observe()
+        ended: list[float] = []
+        terms: dict[str, list[float]] = {}
+        causes: dict[str, int] = {}
+        with torch.inference_mode():
+            for _ in range(self.config.steps_per_env):
+                action = self.algorithm.act(observation)
+                result = self.task.step(action.numpy().astype(np.float64))
+                self.age += 1
+                done = np.flatnonzero(result.terminated | result.truncated)
+                ended += list(self.age[done] * self.task.dt)
+                for name, value in result.terms.items():
+                    terms.setdefault(name, []).append(float(value.mean()))
+                for name, cause in result.causes.items():
+                    causes[name] = causes.get(name, 0) + int(cause.sum())
+                self.task.reset(done)
+                self.age[done] = 0
+                observation = self._observe()
+                self._record(observation, result.reward, result.terminated, result.truncated)
+            self.algorithm.compute_returns(observation)
+        losses = self.algorithm.update()
+        self._keep_exploring()
+        return Iteration(
+            steps=self.task.envs * self.config.steps_per_env,
+            losses={k: float(v) for k, v in losses.items()},
+            episode_s=float(np.mean(ended)) if ended else float("nan"),
+            terms={k: float(np.mean(v)) for k, v in terms.items()},
+            causes=causes,
+            std=float(self.algorithm.actor.output_std.mean()),
+        )
+
+    def _observe(self) -> TensorDict:
+        # Fresh tensors each time: the storage keeps a reference until the step is over.
+        actor, critic = self.task.observe()
+        groups = {"policy": torch.from_numpy(actor), "critic": torch.from_numpy(critic)}
+        return TensorDict(groups, batch_size=[self.task.envs])
+
+    def _record(self, observation: TensorDict, reward: np.ndarray, terminated: np.ndarray, truncated: np.ndarray) -> None:
+        self.algorithm.process_env_step(
+            observation,
+            torch.from_numpy(reward.astype(np.float32)),
+            torch.from_numpy(terminated | truncated),
+            {"time_outs": torch.from_numpy(truncated)},
+        )
+
+    def _set_rate(self, rate: float) -> None:
+        self.algorithm.learning_rate = rate
+        for group in self.algorithm.optimizer.param_groups:
+            group["lr"] = rate
+
+    def _keep_exploring(self) -> None:
+        """Hold log-std inside its range: the library clamps it on use, where a parameter outside gets no gradient."""
+        low, high = self.config.std_range
+        with torch.no_grad():
+            self.algorithm.actor.distribution.log_std_param.clamp_(np.log(low), np.log(high))
+
+
+def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig) -> Any:
+    from rsl_rl.algorithms import PPO
+    from rsl_rl.models import MLPModel
+    from rsl_rl.storage import RolloutStorage
+
+    groups = {"actor": ["policy"], "critic": ["critic"]}
+    net = {"hidden_dims": list(c.hidden), "activation": "elu", "obs_normalization": True}
+    noise = {
+        "class_name": "rsl_rl.modules:GaussianDistribution",
+        "init_std": c.initial_std,
+        "std_type": "log",
+        "std_range": c.std_range,
+        "learn_std": True,
+    }
+    actor = MLPModel(observation, groups, "actor", task.actions, distribution_cfg=noise, **net)
+    critic = MLPModel(observation, groups, "critic", 1, **net)
+    with torch.no_grad():
+        # Start from the prior: the first policy asks for the reference itself.
+        last = [m for m in actor.modules() if isinstance(m, torch.nn.Linear)][-1]
+        last.weight.mul_(0.1)
+        last.bias.zero_()
+    storage = RolloutStorage("rl", task.envs, c.steps_per_env, observation, [task.actions], "cpu")
+    return PPO(
+        actor,
+        critic,
+        storage,
+        device="cpu",
+        num_learning_epochs=c.epochs,
+        num_mini_batches=c.minibatches,
+        clip_param=c.clip,
+        gamma=c.gamma,
+        lam=c.lam,
+        value_loss_coef=c.value_weight,
+        entropy_coef=c.entropy,
+        learning_rate=c.learning_rate,
+        max_grad_norm=c.max_grad_norm,
+        optimizer="adam",
+        use_clipped_value_loss=True,
+        schedule="fixed",
+        desired_kl=0.01,
+        normalize_advantage_per_mini_batch=False,
+    )

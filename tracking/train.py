@@ -1,0 +1,200 @@
+"""One training run from a reference to a bundle, with its curves and checkpoints."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from clips import Reference
+from clips.files import write_whole
+from robot_models import RobotModel
+from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
+from tracking.config import TrainConfig
+from tracking.errors import TrackingError
+from tracking.evaluate import Evaluation, evaluate
+from tracking.export import export_bundle, torch_policy
+from tracking.ppo import Iteration, Trainer
+from tracking.task import TrackingTask
+
+CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"
+Progress = Callable[[int, int, str], None]  # steps done, steps in all, one line about how it stands
+
+
+@dataclass(kw_only=True)
+class Run:
+    """What a run has come to."""
+
+    folder: Path
+    steps: int = 0
+    seconds: float = 0.0
+    hits: int = 0  # evaluations in a row at the target
+    curves: list[dict[str, float]] = field(default_factory=list)  # one row per evaluation
+    evaluation: Evaluation | None = None
+    onnx_difference: float = math.nan
+    stopped: str = ""
+
+
+def train(
+    robot: RobotModel,
+    reference: Reference,
+    reference_sha256: str,
+    folder: Path,
+    config: TrainConfig,
+    *,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Run:
+    """Train a policy on a reference until it reaches the target or the budget ends; saves as it goes.
+
+    Args:
+        robot: the robot.
+        reference: what to imitate.
+        reference_sha256: hash of the reference file, kept in checkpoint and contract.
+        folder: where checkpoint, curves, TensorBoard events and bundle go.
+        config: all numbers.
+        resume: go on from the folder's checkpoint.
+        progress: told after every iteration.
+
+    Raises:
+        TrackingError: the run cannot be resumed, or its numbers stopped being finite.
+    """
+    _prepare(folder, resume)
+    task = TrackingTask(
+        robot=robot, reference=reference, envs=config.envs, config=config.task, seed=config.seed, threads=config.threads
+    )
+    trainer = Trainer(task, config.ppo, config.seed, config.threads)
+    run = Run(folder=folder)
+    if resume:
+        saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, reference_sha256)
+        run.steps, run.seconds, run.hits, run.curves = saved["steps"], saved["seconds"], saved["hits"], saved["curves"]
+    board = _TensorBoard(folder)
+    began = time.perf_counter() - run.seconds
+    try:
+        if not run.curves:
+            _judge(run, trainer, config, reference_sha256, board)
+        while not run.stopped:
+            result = trainer.iterate(_rate(config, run.steps))
+            _check_finite(result, trainer, run, config, reference_sha256)
+            run.steps += result.steps
+            run.seconds = time.perf_counter() - began
+            board.iteration(run.steps, result)
+            if progress is not None:
+                progress(run.steps, config.steps, _line(run, result))
+            if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
+                _judge(run, trainer, config, reference_sha256, board)
+            run.stopped = _reason_to_stop(run, config)
+    except KeyboardInterrupt:
+        run.stopped = "interrupted; the last checkpoint stands, --resume goes on from it"
+    finally:
+        _save(run, trainer, config, reference_sha256)
+        board.close()
+    run.onnx_difference = export_bundle(folder, trainer.actor, task, reference_sha256)
+    task.physics.close()
+    return run
+
+
+def _prepare(folder: Path, resume: bool) -> None:
+    if not resume and (folder / CHECKPOINT).exists():
+        raise TrackingError(
+            str(folder), found="a run that is already there", expected="a new folder",
+            cure="name another, or go on with it", option="resume", suggestion="",
+        )  # fmt: skip
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as e:
+        raise TrackingError(str(folder), found=f"a folder that cannot be made ({e.strerror})", expected="one") from e
+
+
+def _rate(config: TrainConfig, steps: int) -> float:
+    """Learning rate, linear over the budget."""
+    part = min(1.0, steps / config.steps)
+    return config.ppo.learning_rate + part * (config.ppo.final_learning_rate - config.ppo.learning_rate)
+
+
+def _judge(run: Run, trainer: Trainer, config: TrainConfig, sha: str, board: _TensorBoard) -> None:
+    """Evaluate, note the result, save."""
+    task = trainer.task
+    result = evaluate(
+        torch_policy(trainer.actor), task.robot, task.reference, config.task, rollouts=config.rollouts,
+        seed=config.seed + 1000, threads=config.threads,
+    )  # fmt: skip
+    run.evaluation = result
+    run.hits = run.hits + 1 if result.finished >= config.target else 0
+    row = {
+        "steps": float(run.steps),
+        "minutes": run.seconds / 60.0,
+        "finished": result.finished,
+        "survived_s": result.survived_s,
+        "body_error_mm": result.body_error_mm,
+        "global_error_mm": result.global_error_mm,
+    }
+    run.curves.append(row)
+    board.evaluation(run.steps, row)
+    _save(run, trainer, config, sha)
+
+
+def _save(run: Run, trainer: Trainer, config: TrainConfig, sha: str) -> None:
+    progress = {"steps": run.steps, "seconds": run.seconds, "hits": run.hits, "curves": run.curves}
+    save_checkpoint(run.folder / CHECKPOINT, trainer, config, sha, progress)
+    if run.curves:
+        text = io.StringIO()
+        table = csv.DictWriter(text, fieldnames=list(run.curves[0]))
+        table.writeheader()
+        table.writerows({k: f"{v:.6g}" for k, v in row.items()} for row in run.curves)
+        with write_whole(run.folder / CURVES) as stream:
+            stream.write(text.getvalue().encode())
+
+
+def _check_finite(result: Iteration, trainer: Trainer, run: Run, config: TrainConfig, sha: str) -> None:
+    if all(math.isfinite(v) for v in (*result.losses.values(), *result.terms.values())):
+        return
+    save_checkpoint(run.folder / "diverged.pt", trainer, config, sha, {"steps": run.steps})
+    bad = [k for k, v in {**result.losses, **result.terms}.items() if not math.isfinite(v)]
+    raise TrackingError(
+        f"training step {run.steps}", found=f"{', '.join(bad)} not finite", expected="finite numbers",
+        cure=f"the state is kept in {run.folder / 'diverged.pt'}; lower the learning rate",
+    )  # fmt: skip
+
+
+def _reason_to_stop(run: Run, config: TrainConfig) -> str:
+    if run.hits >= 2:
+        return f"target reached: {100 * config.target:.0f} % of rollouts finish"
+    if run.steps >= config.steps:
+        return f"budget of {config.steps} steps used"
+    if run.seconds >= 60.0 * config.minutes:
+        return f"budget of {config.minutes:g} minutes used"
+    return ""
+
+
+def _line(run: Run, result: Iteration) -> str:
+    last = run.curves[-1]
+    return f"episode {result.episode_s:.2f} s, evaluation {last['survived_s']:.2f} s ({100 * last['finished']:.0f} % finish)"
+
+
+class _TensorBoard:
+    """Curves for `tensorboard --logdir`."""
+
+    def __init__(self, folder: Path) -> None:
+        from torch.utils.tensorboard import SummaryWriter
+
+        self._writer: Any = SummaryWriter(str(folder))
+
+    def iteration(self, steps: int, result: Iteration) -> None:
+        scalars = {f"reward/{k}": v for k, v in result.terms.items()} | {f"loss/{k}": v for k, v in result.losses.items()}
+        scalars |= {f"failures/{k}": float(v) for k, v in result.causes.items()}
+        scalars |= {"episode/length_s": result.episode_s, "policy/std": result.std}
+        for name, value in scalars.items():
+            self._writer.add_scalar(name, value, steps)
+
+    def evaluation(self, steps: int, row: dict[str, float]) -> None:
+        for name, value in row.items():
+            self._writer.add_scalar(f"evaluation/{name}", value, steps)
+
+    def close(self) -> None:
+        self._writer.close()
