@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from rich.console import Console
-from rich.table import Table
 
-from cli.terminal import DONE, Clip, FileOptions, command
+from cli.terminal import DONE, Clip, FileOptions, command, flag
 from clips import HumanClip, read_clip
 from clips.clip import OPTIONAL, REQUIRED
 
@@ -33,25 +32,28 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read and describe."""
-    console = Console(highlight=False)
+    console = Console(highlight=False, soft_wrap=True)
     clip = read_clip(args.clip, args.file.reading())
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for column in ("what", "value", "how", "why", "override"):
-        table.add_column(column, overflow="fold")
-    table.add_row("dialect", clip.source.dialect, "measured", "content of the file", "")
-    table.add_row("length", f"{clip.frames} frames", "stated", f"{(clip.frames - 1) / clip.fps:.2f} s at {clip.fps:.6g} fps", "")
+
+    def tell(what: str, value: str, why: str, option: str = "") -> None:
+        override = f"   [{flag(option)}]" if option else ""
+        console.print(f"{what:<18} {value}\n{'':<18}   {why}{override}", markup=False)
+
+    tell("dialect", clip.source.dialect, f"sha256 {clip.source.sha256[:16]}")
+    tell(
+        "length", f"{clip.frames} frames, {(clip.frames - 1) / clip.fps:.2f} s", f"at {clip.fps:.6g} frames per second"
+    )
     for f in clip.source.findings:
-        flag = {"": "", "robot": "--source-robot"}.get(f.option, "--" + f.option.replace("_", "-"))
-        table.add_row(f.what, f.value, f.confidence, f.why, flag)
+        tell(f.what, f.value, f"{f.confidence}: {f.why}", f.option)
     if isinstance(clip, HumanClip):
-        table.add_row("height", f"{clip.height:.2f} m", "measured", "from the length of the legs", "--stature")
+        tell("height", f"{clip.height:.2f} m", "measured: legs over 0.491 (Drillis & Contini)", "stature")
         missing = [k for k in OPTIONAL if k not in clip.landmarks]
         found = len([k for k in REQUIRED if k in clip.landmarks])
-        why = f"{found} of {len(REQUIRED)} needed landmarks; not in the file: {', '.join(missing) or 'none'}"
-        table.add_row("points", str(len(clip.names)), "measured", why, "")
+        why = f"{found} of {len(REQUIRED)} needed landmarks; optional ones missing: {', '.join(missing) or 'none'}"
+        tell("points", str(len(clip.names)), why)
+        tell("landmarks", f"{len(clip.landmarks)}", ", ".join(f"{k} = {v}" for k, v in clip.landmarks.items()))
     else:
-        table.add_row("joints", str(len(clip.joint_names)), "measured", f"of {clip.robot}: {', '.join(clip.joint_names)}", "")
+        tell("joints", f"{len(clip.joint_names)} of {clip.robot}", ", ".join(clip.joint_names))
     for note in clip.source.conversions:
-        table.add_row("converted", note, "", "", "")
-    console.print(table)
+        tell("converted", note, "")
     return DONE

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cli.terminal import BELOW_GATE, DONE, Clip, FileOptions, command, print_report, progress
+from cli.terminal import BELOW_GATE, DONE, Clip, FileOptions, Out, command, print_report, progress
 from clips import cut, read_clip, save_reference
 from retarget import RetargetConfig, Retargeted, retarget
 from robot_models import DEFAULT_ROBOT, load_robot
@@ -28,7 +28,7 @@ class Arguments:
     """CSV, PKL, NPZ or BVH; what it is is found out from its content."""
     robot: str = DEFAULT_ROBOT
     """A built-in robot (dancer, g1, jvrc1, ...) or the path of a profile (.toml)."""
-    out: Path | None = field(default=None, metadata={"aliases": ["-o"]})
+    out: Out = None
     """The reference to write; default: <clip>_<robot>.npz in the current folder."""
     start: float = 0.0
     """Begin at this second of the clip."""
@@ -79,7 +79,9 @@ def run(args: Arguments) -> int:
 def _summary(console: Console, result: Retargeted, written: list[Path], rate: float, robot: str) -> int:
     report, reference = result.report, result.reference
     print_report(report, console)
-    console.print(f"{reference.frames} frames, {reference.duration_s:.1f} s for {robot}; retargeted at {rate:.0f} frames/s")
+    console.print(
+        f"{reference.frames} frames, {reference.duration_s:.1f} s for {robot}; retargeted at {rate:.0f} frames/s"
+    )
     for path in written:
         hint = f"   open it: rerun {path}" if path.suffix == ".rrd" else ""
         console.print(f"wrote {path} ({path.stat().st_size / 1e6:.1f} MB){hint}", markup=False)

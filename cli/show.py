@@ -139,7 +139,10 @@ def _robot(log: Log, root: str, robot: RobotModel, parts: Sequence[Part], tint: 
             shape = rr.Boxes3D(half_sizes=[part.size], centers=[part.pos], **pose)
         elif part.kind == "mesh":
             shape = rr.Mesh3D(
-                vertex_positions=part.vertices, triangle_indices=part.faces, vertex_normals=_normals(part), albedo_factor=colour
+                vertex_positions=part.vertices,
+                triangle_indices=part.faces,
+                vertex_normals=_normals(part),
+                albedo_factor=colour,
             )
         elif part.kind == "cylinder":
             shape = rr.Cylinders3D(lengths=[2 * part.size[1]], radii=[part.size[0]], centers=[part.pos], **pose)

@@ -5,6 +5,7 @@ Exit codes: 0 done; 1 done, below the quality gate; 2 input refused.
 
 from __future__ import annotations
 
+import inspect
 import shlex
 import sys
 from collections.abc import Callable, Iterator
@@ -57,12 +58,19 @@ class FileOptions:
 
 
 Clip = Annotated[Path, tyro.conf.Positional]
+Out = Annotated[Path | None, tyro.conf.arg(aliases=["-o"])]
 
 
 def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: list[str] | None) -> int:
     """Parse, run, and turn every refusal into two lines and an exit code."""
     words = sys.argv[1:] if argv is None else argv
-    options = tyro.cli(arguments, prog=name, args=words, config=(tyro.conf.OmitArgPrefixes,))
+    options = tyro.cli(
+        arguments,
+        prog=name,
+        args=words,
+        description=inspect.cleandoc(arguments.__doc__ or ""),
+        config=(tyro.conf.OmitArgPrefixes,),
+    )
     try:
         return body(options)
     except DanceError as e:
@@ -78,9 +86,12 @@ def complain(error: DanceError, name: str, words: list[str]) -> None:
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     console.print(f"refused: {error}", style="red", markup=False)
     if error.option:
-        flag = _FLAGS.get(error.option, "--" + error.option.replace("_", "-"))
-        value = error.suggestion or "VALUE"
-        console.print(f"try: {name} {shlex.join(words)} {flag} {value}", markup=False)
+        console.print(f"try: {name} {shlex.join(words)} {flag(error.option)} {error.suggestion}".rstrip(), markup=False)
+
+
+def flag(option: str) -> str:
+    """The command-line flag of a library option."""
+    return _FLAGS.get(option, "--" + option.replace("_", "-"))
 
 
 @contextmanager

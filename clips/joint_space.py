@@ -202,4 +202,4 @@ def _check_limits(raw: RawFile, model: RobotModel, order: list[int], joint_pos: 
             option="robot",
         )
     why = f"{100 * share:.2f} % of values lie over 0.2 rad outside the joint limits, worst {name} by {beyond.max():.2f} rad"
-    return Finding(what="joint order", value="by name" if share == 0 else "plausible", why=why, confidence="measured")
+    return Finding(what="joint limits", value="kept" if share == 0 else "nearly kept", why=why, confidence="measured")

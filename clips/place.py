@@ -18,7 +18,7 @@ def recentred(clip: Clip) -> Clip:
         start = clip.point("pelvis")[0]
     else:
         facing, start = float(rot.yaw(clip.root_quat[0])), clip.root_pos[0]
-    turn = rot.from_yaw(-facing)
+    turn = rot.from_yaw(np.array(-facing))
     shift = np.array([start[0], start[1], 0.0])
     note = f"moved by ({-start[0]:.3f}, {-start[1]:.3f}) m, then turned by {np.degrees(-facing):.1f} deg about the vertical"
     source = clip.source.noting(note)

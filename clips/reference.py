@@ -8,6 +8,7 @@ from its joints.
 from __future__ import annotations
 
 import json
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -202,7 +203,7 @@ def _read_arrays(path: Path) -> dict[str, ndarray]:
             return {k: archive[k] for k in _KEYS}
     except FileNotFoundError as e:
         raise ReferenceFileError(str(path), found="no such file", expected="a reference (.npz)") from e
-    except (OSError, ValueError, EOFError) as e:
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as e:
         raise ReferenceFileError(str(path), found=f"a file that is no npz archive ({e})", expected="a reference") from e
 
 

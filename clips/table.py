@@ -80,7 +80,8 @@ def parse(raw: RawFile) -> Table:
 
 
 def _separator(line: str) -> str:
-    return max((",", ";", "\t"), key=line.count) if any(s in line for s in ",;\t") else " "
+    """Semicolon or tab before comma: where they stand, commas are decimal points."""
+    return next((s for s in (";", "\t", ",") if s in line), " ")
 
 
 def _split(line: str, separator: str) -> list[str]:
@@ -103,13 +104,15 @@ def _numbers(raw: RawFile, rows: list[tuple[int, str]], width: int, separator: s
 
     text = "\n".join(line for _, line in rows)
     decimal = "," if separator != "," and re.search(r"\d,\d", text) else "."
+    even = all(
+        len(line.split()) == width if separator == " " else line.count(separator) + 1 == width for _, line in rows
+    )
     try:
-        frame = pd.read_csv(
-            io.StringIO(text), header=None, sep=r"\s+" if separator == " " else separator, decimal=decimal,
-            names=range(width), dtype=float, index_col=False, on_bad_lines="error", skipinitialspace=True,
-        )  # fmt: skip
-        counts = {len(_split(line, separator)) for _, line in (rows[0], rows[len(rows) // 2], rows[-1])}
-        if counts == {width}:
+        if even:
+            frame = pd.read_csv(
+                io.StringIO(text), header=None, sep=r"\s+" if separator == " " else separator, decimal=decimal,
+                dtype=float, skipinitialspace=True,
+            )  # fmt: skip
             return np.asarray(frame.to_numpy(dtype=float))
     except ValueError:
         pass

@@ -9,8 +9,9 @@ from retarget.errors import RetargetError
 
 @dataclass(frozen=True, kw_only=True)
 class ContactConfig:
-    """When a foot edge counts as touching, on the source's own points. A touch starts and must hold inside the
-    tight pair and lasts while the loose pair holds.
+    """When a foot edge counts as touching, on the source's own points.
+
+    A touch lasts while the loose pair holds, and must hold the tight pair for the shortest duration within.
     """
 
     tight_speed: float = 0.25  # [m/s]
@@ -48,6 +49,7 @@ class IkConfig:
     repair_iterations: int = 3
     damping: float = 1e-3
     limit_margin: float = 0.01  # kept from each joint limit [rad]
+    clearance: float = 0.003  # kept between bodies that would touch, and between bodies and the floor [m]
     velocity_share: float = 0.95  # of each motor's speed limit, per output frame
 
 

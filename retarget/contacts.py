@@ -32,8 +32,8 @@ def find_contacts(clip: HumanClip, config: ContactConfig) -> Contacts:
     loose = (speed < config.loose_speed) & (height < config.loose_height)
     shortest = max(1, round(config.min_duration_s * clip.fps))
     touching = np.stack([_hysteresis(tight[:, k], loose[:, k], shortest) for k in range(4)], axis=1)
-    turning = np.abs(foot_yaw_rate(clip)) > config.pivot_rate
-    both = touching.reshape(-1, 2, 2).any(axis=2)
+    turning: ndarray = np.greater(np.abs(foot_yaw_rate(clip)), config.pivot_rate)
+    both = np.asarray(touching.reshape(-1, 2, 2).any(axis=2))
     return Contacts(
         touching=touching,
         pivoting=np.stack([_close(turning[:, s] & both[:, s], shortest) for s in range(2)], axis=1) & both,

@@ -7,7 +7,7 @@ its height and lies flat while its heading follows the source.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -17,7 +17,8 @@ from clips import FREE, PIVOTING, PLANTED, HumanClip
 from clips.human import runs_of
 from retarget.body import foot_frames
 from retarget.contacts import Contacts
-from robot_models import FEET, RobotModel, Sole
+from retarget.smooth import smooth
+from robot_models import FEET, RobotModel, Sole, forward_kinematics, sole_corners
 from robot_models import rotation as rot
 
 _RAMP_S = 0.12  # time in which a foot leaves its flat pose towards the source's pitch
@@ -51,6 +52,20 @@ def foot_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, scale: 
         contact=_labels(contacts),
         shift=np.stack([p[2] for p in poses], axis=1),
     )
+
+
+def lifted(feet: FootTargets, robot: RobotModel, qpos: Float[ndarray, "T nq"], fps: float) -> FootTargets:
+    """Targets raised where the solved soles came out under the floor, eased over the neighbouring frames."""
+    from scipy.ndimage import maximum_filter1d
+
+    corners = sole_corners(robot, *forward_kinematics(robot, qpos))
+    depth = np.maximum(0.0, -corners[..., 2].min(axis=2))
+    free = ~(feet.contact.reshape(-1, 2, 2) != FREE).any(axis=2)
+    window = max(3, round(_RAMP_S * fps))
+    raise_by = np.maximum(smooth(maximum_filter1d(depth * free, window, axis=0), fps, 6.0), 0.0) * free
+    pos = feet.pos.copy()
+    pos[..., 2] += 1.2 * raise_by
+    return replace(feet, pos=pos)
 
 
 def flat_height(clip: HumanClip, contacts: Contacts, foot: int) -> float:

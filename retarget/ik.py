@@ -6,6 +6,7 @@ what the motors can reach from the last frame (a limit on the solver's own step 
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -17,6 +18,8 @@ from retarget.config import IkConfig
 from retarget.feet import FootTargets
 from retarget.targets import POINTS, Targets
 from robot_models import FEET, RobotModel
+from robot_models.build import BODY_BIT
+from robot_models.surface import touching_pairs
 
 Progress = Callable[[int, int], None]  # frames done, frames in all
 
@@ -69,8 +72,9 @@ def repair_feet(
     *,
     progress: Progress | None = None,
 ) -> IkResult:
-    """Put the feet back on their targets with as little change to `qpos` as can be."""
+    """Put the feet back on their targets and bodies out of one another, with as little change to `qpos` as can be."""
     solver = _Solver(robot, config, fps)
+    solver.avoid(touching_pairs(robot, qpos))
     w = config.weights
     solver.add("pelvis", w.pelvis_position, w.pelvis_orientation, qpos[:, :3], qpos[:, 3:7])
     solver.add_feet(feet)
@@ -84,8 +88,11 @@ class _Solver:
         import mink
 
         self._robot, self._config, self._fps = robot, config, fps
-        self._configuration = mink.Configuration(robot.model)
-        self._limit = mink.ConfigurationLimit(robot.model, gain=1.0)
+        model = copy.copy(robot.model)
+        model.geom_conaffinity[model.geom("floor").id] |= BODY_BIT  # here bodies shall feel the floor
+        self._configuration = mink.Configuration(model)
+        self._limit = mink.ConfigurationLimit(model, gain=1.0)
+        self._clearance: list[mink.CollisionAvoidanceLimit] = []
         self._goals: list[tuple[mink.FrameTask, ndarray, ndarray]] = []
 
     def add(self, landmark: str, position_cost: float, turn_cost: float, pos: ndarray, quat: ndarray | None) -> None:
@@ -102,6 +109,17 @@ class _Solver:
         w = self._config.weights
         for k, side in enumerate(FEET):
             self.add(f"{side}_foot", w.foot_position, w.foot_orientation, feet.pos[:, k], feet.quat[:, k])
+
+    def avoid(self, pairs: list[tuple[int, int]]) -> None:
+        """Keep these pairs of primitives apart: those that would touch are few, and testing all would cost most."""
+        import mink
+
+        if pairs:
+            limit = mink.CollisionAvoidanceLimit(
+                self._configuration.model, [([a], [b]) for a, b in pairs], gain=1.0,
+                minimum_distance_from_collisions=self._config.clearance, collision_detection_distance=0.05,
+            )  # fmt: skip
+            self._clearance = [limit]
 
     def run(
         self, start: ndarray, rest: ndarray, posture_cost: float, iterations: int, progress: Progress | None
@@ -132,11 +150,17 @@ class _Solver:
         import mink
 
         for _ in range(steps):
-            try:
-                velocity = mink.solve_ik(
-                    self._configuration, tasks, 1.0, "daqp", damping=self._config.damping, limits=[self._limit]
-                )
-            except mink.NoSolutionFound:
+            velocity = None
+            # Bodies that cannot be parted within the motors' speed are parted over the next frames instead.
+            for limits in ([self._limit, *self._clearance], [self._limit]):
+                try:
+                    velocity = mink.solve_ik(
+                        self._configuration, tasks, 1.0, "daqp", damping=self._config.damping, limits=limits
+                    )
+                    break
+                except mink.NoSolutionFound:
+                    continue
+            if velocity is None:
                 return False
             self._configuration.integrate_inplace(velocity, 1.0)
             if np.abs(velocity).max() < 1e-6:

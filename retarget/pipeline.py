@@ -15,6 +15,7 @@ from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_referen
 from clips.place import recentred
 from retarget.config import RetargetConfig
 from retarget.contacts import Contacts, find_contacts
+from retarget.feet import lifted
 from retarget.ik import follow_targets, repair_feet
 from retarget.report import Report, measure
 from retarget.robot_source import as_figure
@@ -65,12 +66,16 @@ def retarget(
     repaired = repair_feet(
         robot, padded.qpos, padded.feet, config.fps, config.ik, progress=lambda a, b: tell("set the feet down", a, b)
     )
-    reference = _reference(robot, repaired.qpos, padded, {}, config)
-    unsolved = len(followed.unsolved) + len(repaired.unsolved)
+    cleared = repair_feet(
+        robot, repaired.qpos, lifted(padded.feet, robot, repaired.qpos, config.fps), config.fps, config.ik,
+        progress=lambda a, b: tell("clear the floor", a, b),
+    )  # fmt: skip
+    reference = _reference(robot, cleared.qpos, padded, {}, config)
+    unsolved = len(followed.unsolved) + len(cleared.unsolved)
     report = measure(reference, robot, source, config.gates, unsolved=unsolved)
     meta = _meta(source, config, report)
     return Retargeted(
-        reference=_reference(robot, repaired.qpos, padded, meta, config),
+        reference=_reference(robot, cleared.qpos, padded, meta, config),
         report=report,
         source=source,
         contacts=contacts,

@@ -22,7 +22,8 @@ from robot_models import FEET, RobotModel, sole_edges
 from robot_models import rotation as rot
 from robot_models.surface import lowest_point, self_collision_depth
 
-_LIMBS = tuple((f"{s}_{a}", f"{s}_{b}") for s in FEET for a, b in (("hip", "knee"), ("knee", "foot"), ("shoulder", "elbow"), ("elbow", "wrist")))  # fmt: skip
+_CHAIN = (("hip", "knee"), ("knee", "foot"), ("shoulder", "elbow"), ("elbow", "wrist"))
+_LIMBS = tuple((f"{s}_{a}", f"{s}_{b}") for s in FEET for a, b in _CHAIN)
 _RATE = 30.0  # derivatives are compared at this rate [Hz]: at the file's own rate, noise would decide
 _SLOW, _LOW, _SHORT = 0.25, 0.04, 3  # the fixed rule of touching: m/s, m over the point's own floor, frames
 _PIVOT = 1.5  # [rad/s]

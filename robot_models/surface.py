@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy import ndarray
 
 from robot_models import rotation as rot
 from robot_models.build import BODY_BIT
-from robot_models.kinematics import sole_corners
+from robot_models.kinematics import forward_kinematics, sole_corners
 from robot_models.robot import RobotModel
 
 if TYPE_CHECKING:
@@ -60,16 +61,31 @@ def self_collision_depth(robot: RobotModel, qpos: Float[ndarray, "T nq"]) -> Flo
 
     MuJoCo's own collision pass: parents with their children and the profile's excluded pairs do not count.
     """
+    return np.array([max((d for _, d in found), default=0.0) for found in _overlaps(robot, qpos)])
+
+
+def touching_pairs(robot: RobotModel, qpos: Float[ndarray, "T nq"]) -> list[tuple[int, int]]:
+    """Pairs of primitives (geom ids) that overlap in some frame; a primitive under the floor pairs with the floor."""
+    pairs = {pair for found in _overlaps(robot, qpos) for pair, _ in found}
+    pos, quat = forward_kinematics(robot, qpos)
+    floor, place = int(robot.model.geom("floor").id), {b: i for i, b in enumerate(robot.body_ids)}
+    for geom in body_geoms(robot):
+        body = place.get(int(robot.model.geom_bodyid[geom]))
+        if body is not None and _geom_bottom(robot.model, geom, pos[:, body], quat[:, body]).min() < 0.0:
+            pairs.add((floor, geom))
+    return sorted(pairs)
+
+
+def _overlaps(robot: RobotModel, qpos: ndarray) -> Iterator[list[tuple[tuple[int, int], float]]]:
+    """Overlapping pairs of the robot's own primitives with their depths [m], frame by frame."""
     import mujoco
 
     model, data = robot.model, mujoco.MjData(robot.model)
-    depth = np.zeros(len(qpos))
     # A loop: MuJoCo's broad phase works on one state at a time.
-    for t, q in enumerate(qpos):
+    for q in qpos:
         data.qpos[:] = q
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
-        contact = data.contact
-        own = (model.geom_contype[contact.geom] & BODY_BIT).all(axis=1)
-        depth[t] = max(0.0, -float(contact.dist[own].min())) if own.any() else 0.0
-    return depth
+        geoms, depth = data.contact.geom, -data.contact.dist
+        own = (model.geom_contype[geoms] & BODY_BIT).all(axis=1) & (depth > 0.0)
+        yield [((int(a), int(b)), float(d)) for (a, b), d in zip(geoms[own], depth[own], strict=True)]

@@ -55,11 +55,16 @@ def primitive_parts(robot: RobotModel) -> list[Part]:
             pos=np.array(m.geom_pos[g]),
             quat=np.array(m.geom_quat[g]),
             size=np.array(m.geom_size[g]),
-            rgba=tuple(float(c) for c in m.geom_rgba[g]),
+            rgba=_rgba(m.geom_rgba[g]),
         )
         for g in body_geoms(robot)
         if int(m.geom_bodyid[g]) in names
     ]
+
+
+def _rgba(colour: ndarray) -> tuple[float, float, float, float]:
+    r, g, b, a = (float(c) for c in colour)
+    return r, g, b, a
 
 
 def mesh_parts(robot: RobotModel, urdf: Path) -> list[Part]:

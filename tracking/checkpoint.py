@@ -18,7 +18,9 @@ from tracking.ppo import Trainer
 FORMAT_VERSION = 1
 
 
-def save_checkpoint(path: Path, trainer: Trainer, config: TrainConfig, reference_sha256: str, progress: dict[str, Any]) -> None:
+def save_checkpoint(
+    path: Path, trainer: Trainer, config: TrainConfig, reference_sha256: str, progress: dict[str, Any]
+) -> None:
     """Write the whole state of a run aside, then rename."""
     state = {
         "format_version": FORMAT_VERSION,
@@ -45,7 +47,9 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
     except FileNotFoundError as e:
         raise TrackingError(str(path), found="no such file", expected="a checkpoint") from e
     except Exception as e:  # torch raises a different type for every way in which a file can be broken
-        raise TrackingError(str(path), found=f"a file that is no checkpoint ({type(e).__name__})", expected="one") from e
+        raise TrackingError(
+            str(path), found=f"a file that is no checkpoint ({type(e).__name__})", expected="one"
+        ) from e
     if not isinstance(state, dict) or state.get("format_version") != FORMAT_VERSION:
         raise TrackingError(str(path), found="another format", expected=f"checkpoint version {FORMAT_VERSION}")
     return state

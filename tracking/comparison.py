@@ -69,7 +69,9 @@ def compare(states: BodyStates, tables: ReferenceTables, frame: Int[ndarray, "N"
     )
 
 
-def failures(errors: TrackingErrors, tables: ReferenceTables, config: TerminationConfig) -> dict[str, Bool[ndarray, "N"]]:
+def failures(
+    errors: TrackingErrors, tables: ReferenceTables, config: TerminationConfig
+) -> dict[str, Bool[ndarray, "N"]]:
     """Which rollouts have failed, by cause."""
     ends = np.abs(errors.body_pos[:, tables.ends, 2]).max(axis=1) if tables.ends else np.zeros(len(errors.anchor_tilt))
     return {

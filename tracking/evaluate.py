@@ -62,9 +62,7 @@ def evaluate(
         threads: of the physics; 0: all.
         progress: told after every control step.
     """
-    task = TrackingTask(
-        robot=robot, reference=reference, envs=rollouts, config=config, seed=seed, threads=threads
-    )
+    task = TrackingTask(robot=robot, reference=reference, envs=rollouts, config=config, seed=seed, threads=threads)
     dance = reference.dance
     task.reset(np.arange(rollouts), np.full(rollouts, dance.start))
     alive = np.ones(rollouts, dtype=bool)
@@ -119,4 +117,6 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
 
 def evaluation_task(config: TaskConfig, *, randomised: bool = True) -> TaskConfig:
     """The task as evaluations run it: noise on; the robots drawn from the ranges, or all nominal."""
-    return replace(config, randomisation=replace(config.randomisation, enabled=randomised and config.randomisation.enabled))
+    return replace(
+        config, randomisation=replace(config.randomisation, enabled=randomised and config.randomisation.enabled)
+    )

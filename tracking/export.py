@@ -42,7 +42,9 @@ def onnx_policy(path: Path) -> Policy:
     try:
         session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
     except Exception as e:  # onnxruntime's own exception types are not public
-        raise TrackingError(str(path), found="a file that onnxruntime refuses", expected="policy.onnx of a bundle") from e
+        raise TrackingError(
+            str(path), found="a file that onnxruntime refuses", expected="policy.onnx of a bundle"
+        ) from e
 
     def act(observation: np.ndarray) -> np.ndarray:
         return np.asarray(session.run(["actions"], {"obs": observation})[0], dtype=np.float64)
@@ -66,7 +68,9 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, reference_sha256
         observation, _ = task.observe()
         difference = float(np.abs(onnx_policy(path)(observation) - torch_policy(actor)(observation)).max())
         if not difference < _AGREEMENT:
-            raise TrackingError("export", found=f"actions {difference:.2g} apart from torch", expected=f"< {_AGREEMENT}")
+            raise TrackingError(
+                "export", found=f"actions {difference:.2g} apart from torch", expected=f"< {_AGREEMENT}"
+            )
         path.replace(folder / "policy.onnx")
     with write_whole(folder / "contract.json") as stream:
         stream.write(json.dumps(contract(task, reference_sha256), indent=1).encode())

@@ -1,10 +1,13 @@
-"""What actor and critic see: one table of rows, each with its slice, unit, frame, noise and whether a robot can
-measure it. The exported policy carries the same table."""
+"""What actor and critic see, as a table of rows: slice, unit, frame, noise, and whether a robot can measure it.
+
+The exported policy carries the same table.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -92,14 +95,13 @@ def actor_table(
     """What a robot can know: the reference, its IMU, its encoders and its own last action."""
     j = len(robot.joint_names)
     default = robot.default_joint_pos
-    last = tables.frames - 1
     terms = []
     for ahead in look_ahead:
         terms += [
             Term(name=f"reference_joint_pos_{ahead}", size=j, unit="rad", frame="joint", noise=0.0, measurable=True,
-                 compute=lambda s, a=ahead: tables.joint_pos[np.minimum(s.frame + a, last)] - default),
+                 compute=partial(_ahead, tables.joint_pos - default, ahead)),
             Term(name=f"reference_joint_vel_{ahead}", size=j, unit="0.1 rad/s", frame="joint", noise=0.0, measurable=True,
-                 compute=lambda s, a=ahead: 0.1 * tables.joint_vel[np.minimum(s.frame + a, last)]),
+                 compute=partial(_ahead, 0.1 * tables.joint_vel, ahead)),
         ]  # fmt: skip
     terms += [
         Term(name="anchor_orientation", size=6, unit="", frame="robot anchor: first two columns of the reference anchor",
@@ -131,6 +133,11 @@ def critic_table(robot: RobotModel, tables: ReferenceTables, look_ahead: tuple[i
     )  # fmt: skip
     silent = ObservationNoise(orientation=0.0, gyro=0.0, joint_position=0.0, joint_velocity=0.0)
     return ObservationTable(terms=(*actor_table(robot, tables, silent, look_ahead).terms, *privileged))
+
+
+def _ahead(table: ndarray, frames: int, s: Situation) -> ndarray:
+    """Rows of a reference table some frames on; the last row holds at the end."""
+    return np.asarray(table[np.minimum(s.frame + frames, len(table) - 1)])
 
 
 def _anchor_orientation(s: Situation, tables: ReferenceTables) -> ndarray:

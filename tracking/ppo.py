@@ -82,7 +82,7 @@ class Trainer:
             episode_s=float(np.mean(ended)) if ended else float("nan"),
             terms={k: float(np.mean(v)) for k, v in terms.items()},
             causes=causes,
-            std=float(self.algorithm.actor.output_std.mean()),
+            std=float(self.algorithm.actor.output_std.detach().mean()),
         )
 
     def _observe(self) -> TensorDict:
@@ -91,7 +91,9 @@ class Trainer:
         groups = {"policy": torch.from_numpy(actor), "critic": torch.from_numpy(critic)}
         return TensorDict(groups, batch_size=[self.task.envs])
 
-    def _record(self, observation: TensorDict, reward: np.ndarray, terminated: np.ndarray, truncated: np.ndarray) -> None:
+    def _record(
+        self, observation: TensorDict, reward: np.ndarray, terminated: np.ndarray, truncated: np.ndarray
+    ) -> None:
         self.algorithm.process_env_step(
             observation,
             torch.from_numpy(reward.astype(np.float32)),

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from tracking.config import RewardConfig
 from tracking.comparison import TrackingErrors
+from tracking.config import RewardConfig
 
 Reward = Float[ndarray, "N"]
 
@@ -62,5 +62,3 @@ def reward_terms(
         "action_rate": c.action_rate * action_rate(action, last_action),
         "joint_limit": c.joint_limit * over_limits,
     }
-
-

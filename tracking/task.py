@@ -104,7 +104,7 @@ class TrackingTask:
         )
         terms = reward_terms(errors, action, self.last_action, over, self.config.rewards)
         causes = failures(errors, self.tables, self.config.terminations)
-        causes["diverged"] = ~np.isfinite(self.physics.state).all(axis=1)
+        causes["diverged"] = np.asarray(~np.isfinite(self.physics.state).all(axis=1))
         terminated = np.any(list(causes.values()), axis=0)
         self.last_action = np.array(action)
         # Scaled by dt, so that returns are in reward-seconds and do not grow with the control rate.
@@ -169,4 +169,3 @@ class TrackingTask:
         self.heading = state["heading"].copy()
         self.rng.bit_generator.state = state["rng"]
         self.states = body_states(self.robot, self.physics.qpos, self.physics.qvel)
-

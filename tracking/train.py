@@ -186,7 +186,9 @@ class _TensorBoard:
         self._writer: Any = SummaryWriter(str(folder))
 
     def iteration(self, steps: int, result: Iteration) -> None:
-        scalars = {f"reward/{k}": v for k, v in result.terms.items()} | {f"loss/{k}": v for k, v in result.losses.items()}
+        scalars = {f"reward/{k}": v for k, v in result.terms.items()} | {
+            f"loss/{k}": v for k, v in result.losses.items()
+        }
         scalars |= {f"failures/{k}": float(v) for k, v in result.causes.items()}
         scalars |= {"episode/length_s": result.episode_s, "policy/std": result.std}
         for name, value in scalars.items():

@@ -161,8 +161,10 @@ def _pose(joints: list[_Joint], values: Float[ndarray, "T W"]) -> tuple[ndarray,
 
 
 def _translation(joint: _Joint, block: ndarray) -> tuple[ndarray, bool]:
-    """Local translation per frame. Position channels stand in place of OFFSET, or, where they hover near zero
-    beside a real offset, on top of it: adding both where they repeat each other would double the bones.
+    """Local translation per frame.
+
+    Position channels stand in place of OFFSET, or, where they hover near zero beside a real offset, on top of it:
+    adding both where they repeat each other would double the bones.
     """
     offset = np.array(joint.offset)
     local = np.tile(offset, (len(block), 1))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+import zipfile
 from collections.abc import Mapping
 
 import numpy as np
@@ -56,7 +58,7 @@ def _arrays(raw: RawFile) -> dict[str, ndarray]:
                     arrays[key] = archive[key]
                 except ValueError:  # an object array, which only unpickling could open
                     continue
-    except (OSError, ValueError, EOFError, KeyError) as e:
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as e:
         raise ClipError(raw.name, found=f"a broken archive ({e})", expected="a whole .npz") from e
     return arrays
 
@@ -79,8 +81,6 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
     fps, finding = rate(raw, data, options, "fps")
     count = data["joint_pos"].shape[1]
     if "joint_names" in data and "meta" in data:
-        import json
-
         meta = json.loads(str(data["meta"]))
         robot, names = str(options.robot or meta["robot"]), tuple(map(str, data["joint_names"]))
         order = Finding(what="joint order", value="by name", why="key 'joint_names'", confidence="stated")

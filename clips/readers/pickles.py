@@ -12,8 +12,8 @@ import io
 import lzma
 import pickle
 import zlib
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import IO, Any, cast
 
 import numpy as np
 from numpy import ndarray
@@ -29,11 +29,11 @@ _ALLOWED = {
     *((m, f) for m in ("numpy.core.multiarray", "numpy._core.multiarray") for f in ("_reconstruct", "scalar")),
     *((m, "_frombuffer") for m in ("numpy.core.numeric", "numpy._core.numeric")),
 }  # fmt: skip
-_OPENERS = {
-    b"\x1f\x8b": lambda f: gzip.GzipFile(fileobj=f),
-    b"BZ": bz2.BZ2File,
-    b"\xfd7zXZ": lzma.LZMAFile,
-    b"\x5d\x00": lzma.LZMAFile,
+_OPENERS: dict[bytes, Callable[[io.BytesIO], IO[bytes]]] = {
+    b"\x1f\x8b": lambda f: cast(IO[bytes], gzip.GzipFile(fileobj=f)),
+    b"BZ": lambda f: cast(IO[bytes], bz2.BZ2File(f)),
+    b"\xfd7zXZ": lambda f: cast(IO[bytes], lzma.LZMAFile(f)),
+    b"\x5d\x00": lambda f: cast(IO[bytes], lzma.LZMAFile(f)),
 }
 _ZLIB = b"\x78"  # joblib's default
 

@@ -1,0 +1,1 @@
+"""The sample dance, made by a script, in two formats."""

@@ -9,6 +9,7 @@ and reached by two-bone IK. Then the flaws: feet that slide while they stand, on
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -58,7 +59,7 @@ def ease(t: ndarray) -> ndarray:
     return t**3 * (10 - 15 * t + 6 * t * t)
 
 
-def steps(beat: ndarray, plan: list[tuple[float, float, float]], start: tuple[float, float]) -> ndarray:
+def steps(beat: ndarray, plan: Sequence[tuple[float, float, float]], start: tuple[float, float]) -> ndarray:
     """Ankle paths (T, 3) from a plan of (beat at which a step begins, x, y); a step takes 0.8 beats."""
     path = np.tile([*start, ANKLE], (len(beat), 1))
     for when, x, y in plan:
@@ -136,7 +137,9 @@ def leg(hip: ndarray, ankle: ndarray, pelvis: ndarray) -> tuple[ndarray, ndarray
     return upper, rot.multiply(upper, rot.exp((np.pi - fold)[:, None] * np.array([0.0, 1.0, 0.0])))
 
 
-def with_flaws(hips: ndarray, ankles: dict[str, ndarray], rng: np.random.Generator) -> tuple[ndarray, dict[str, ndarray]]:
+def with_flaws(
+    hips: ndarray, ankles: dict[str, ndarray], rng: np.random.Generator
+) -> tuple[ndarray, dict[str, ndarray]]:
     """What cameras do: standing feet creep, one foot sinks, everything trembles a little."""
     time = np.arange(len(hips)) / FPS
     creep = 0.012 * np.stack((np.sin(1.1 * time), np.cos(0.8 * time), 0 * time), axis=1)
@@ -161,7 +164,9 @@ def write_bvh(path: Path, positions: ndarray, turns: ndarray) -> None:
         name, parent, offset = JOINTS[index]
         pad = "  " * depth
         x, y, z = convert(np.array(offset)) if parent else (0.0, 0.0, 0.0)
-        lines.extend([f"{pad}{'JOINT' if parent else 'ROOT'} {name}", f"{pad}{{", f"{pad}  OFFSET {x:.4f} {y:.4f} {z:.4f}"])
+        lines.extend(
+            [f"{pad}{'JOINT' if parent else 'ROOT'} {name}", f"{pad}{{", f"{pad}  OFFSET {x:.4f} {y:.4f} {z:.4f}"]
+        )
         channels = "Zrotation Yrotation Xrotation"
         if parent:
             lines.append(f"{pad}  CHANNELS 3 {channels}")
@@ -211,7 +216,10 @@ POINT_NAMES = {
 def write_csv(path: Path, positions: ndarray) -> None:
     """Named points in metres, z up, with a time column; the left wrist is lost for three frames."""
     columns = [f"{p}_{axis}" for p in POINT_NAMES.values() for axis in "xyz"]
-    lines = ["# the sample dance of dance-retarget, made by clips/samples/make_samples.py", ",".join(["time", *columns])]
+    lines = [
+        "# the sample dance of dance-retarget, made by clips/samples/make_samples.py",
+        ",".join(["time", *columns]),
+    ]
     lost = slice(300, 303)
     for t, row in enumerate(positions[:, [NAMES.index(n) for n in POINT_NAMES]]):
         cells = [f"{v:.5f}" for v in row.ravel()]

@@ -1,0 +1,96 @@
+"""`dance-eval`: how well a trained policy performs its reference, over many rollouts."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from cli.terminal import BELOW_GATE, DONE, Clip, command, progress
+from cli.train import GATE
+from clips import load_reference
+from clips.files import write_whole
+from robot_models import load_robot
+from tracking.config import TaskConfig
+from tracking.errors import TrackingError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Roll out a policy bundle over its whole dance and count how often it finishes.
+
+    Examples:
+        dance-eval runs/groove --ref groove.npz
+        dance-eval runs/groove --ref groove.npz --rollouts 500 --json result.json
+    """
+
+    bundle: Clip
+    """Folder with policy.onnx and contract.json."""
+    ref: Path
+    """The reference that it was trained on."""
+    rollouts: int = 100
+    """How many, each with its own noise and robot."""
+    seed: int = 1
+    """Seed of noise and robots."""
+    randomisation: bool = True
+    """Draw every rollout's robot from the training ranges; otherwise the nominal one."""
+    json: Path | None = None
+    """Write the numbers here too."""
+    recording: Path | None = None
+    """Write a Rerun recording of the longest rollout here."""
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Entry point of `dance-eval`."""
+    return command(Arguments, run, name="dance-eval", argv=argv)
+
+
+def run(args: Arguments) -> int:
+    """Load, check, roll out, report."""
+    from tracking.evaluate import evaluate, evaluation_task
+    from tracking.export import onnx_policy
+
+    console = Console(highlight=False)
+    robot = load_robot(load_reference(args.ref).robot)
+    reference = load_reference(args.ref, robot)
+    _check_contract(args.bundle / "contract.json", args.ref)
+    with progress("steps") as tell:
+        result = evaluate(
+            onnx_policy(args.bundle / "policy.onnx"), robot, reference,
+            evaluation_task(TaskConfig(), randomised=args.randomisation), rollouts=args.rollouts, seed=args.seed,
+            progress=lambda done, total: tell("rollouts", done, total),
+        )  # fmt: skip
+    table = Table(box=None, pad_edge=False, show_header=False)
+    span = f"[{100 * result.finished_low:.0f}, {100 * result.finished_high:.0f}] % at 95 %"
+    table.add_row("finished", f"{100 * result.finished:.0f} % of {result.rollouts}", span)
+    table.add_row("survived", f"{result.survived_s:.2f} s", f"of {result.duration_s:.2f} s")
+    table.add_row("body error", f"{result.body_error_mm:.0f} mm", "mean over tracked bodies, root-relative")
+    table.add_row("drift", f"{result.global_error_mm:.0f} mm", "of the anchor in the room; the actor cannot see it")
+    table.add_row("joint error", f"{result.joint_error_rad:.3f} rad", "mean over joints")
+    table.add_row("failures", ", ".join(f"{k} {v}" for k, v in result.causes.items() if v) or "none", "")
+    console.print(table)
+    if args.json is not None:
+        with write_whole(args.json) as stream:
+            stream.write(json.dumps(result.as_dict(), indent=1).encode())
+    if args.recording is not None:
+        from cli.show import save_training
+
+        save_training(args.recording, robot, reference, result.best, {}, f"# {args.bundle}\n{span} finish")
+    return DONE if result.finished >= GATE else BELOW_GATE
+
+
+def _check_contract(path: Path, reference: Path) -> None:
+    try:
+        contract = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as e:
+        raise TrackingError(str(path), found="no contract", expected="a bundle folder that dance-train wrote") from e
+    sha = hashlib.sha256(reference.read_bytes()).hexdigest()
+    if contract.get("reference_sha256") != sha:
+        raise TrackingError(
+            str(reference), found=f"reference {sha[:12]}", expected=f"{str(contract.get('reference_sha256'))[:12]}, "
+            "which the policy was trained on", cure="give that file",
+        )  # fmt: skip

@@ -1,0 +1,135 @@
+"""`dance-train`: a reference in, a policy bundle with its curves and a recording out."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import Console
+
+from cli.terminal import BELOW_GATE, DONE, Out, command, progress
+from clips import Reference, load_reference
+from robot_models import RobotModel, load_robot
+from tracking.config import TrainConfig
+
+if TYPE_CHECKING:
+    from tracking.train import Run
+
+GATE = 0.95  # share of rollouts that shall finish
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Train a policy that performs a reference; no GPU needed.
+
+    Writes a folder: policy.onnx + contract.json (the bundle), checkpoint.pt, curves.csv, TensorBoard events and a
+    Rerun recording of the policy beside the ghost of its reference.
+
+    Examples:
+        dance-train --ref out.npz
+        dance-train --ref out.npz --minutes 2
+        dance-train --ref out.npz -o runs/groove --resume
+        tensorboard --logdir runs
+    """
+
+    ref: Path
+    """The reference (.npz) that dance-retarget wrote."""
+    out: Out = None
+    """Folder of the run; default: runs/<reference>."""
+    steps: int = TrainConfig.steps
+    """Budget in control steps of all environments together; the schedules run over it."""
+    minutes: float = TrainConfig.minutes
+    """Stop after this much time, whatever the steps."""
+    envs: int = TrainConfig.envs
+    """Environments side by side."""
+    seed: int = TrainConfig.seed
+    """Seed of everything random."""
+    threads: int = TrainConfig.threads
+    """Threads of physics and networks; 0: as many as this process may use."""
+    target: float = TrainConfig.target
+    """Stop early when this share of evaluation rollouts finishes, twice in a row."""
+    randomisation: bool = True
+    """Draw friction, mass, gains and encoder biases anew for every environment."""
+    resume: bool = False
+    """Go on from the run's checkpoint."""
+    recording: bool = True
+    """Write a Rerun recording at the end."""
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Entry point of `dance-train`."""
+    return command(Arguments, run, name="dance-train", argv=argv)
+
+
+def run(args: Arguments) -> int:
+    """Load, train, report."""
+    from tracking import train
+
+    console = Console(highlight=False)
+    robot = load_robot(load_reference(args.ref).robot)
+    reference = load_reference(args.ref, robot)
+    folder = args.out or Path("runs") / args.ref.stem
+    console.print(f"{args.ref}: {reference.duration_s:.1f} s for {robot.name}; run in {folder}", markup=False)
+    with progress("steps") as tell:
+        result = train(
+            robot, reference, hashlib.sha256(args.ref.read_bytes()).hexdigest(), folder, _config(args),
+            resume=args.resume, progress=lambda done, total, line: tell(line, done, total),
+        )  # fmt: skip
+    if args.recording:
+        _record(folder / "training.rrd", robot, reference, result)
+    return _summary(console, result)
+
+
+def _config(args: Arguments) -> TrainConfig:
+    base = TrainConfig(
+        steps=args.steps, minutes=args.minutes, envs=args.envs, seed=args.seed, threads=args.threads, target=args.target
+    )
+    draw = replace(base.task.randomisation, enabled=args.randomisation)
+    return replace(base, task=replace(base.task, randomisation=draw))
+
+
+def _record(path: Path, robot: RobotModel, reference: Reference, result: Run) -> None:
+    from cli.show import save_training
+
+    if result.evaluation is None:
+        return
+    steps = np.array([row["steps"] for row in result.curves])
+    names = {"survived_s": "survived [s]", "finished": "finished [share]", "body_error_mm": "body error [mm]"}
+    curves = {label: (steps, np.array([row[key] for row in result.curves])) for key, label in names.items()}
+    save_training(path, robot, reference, result.evaluation.best, curves, _text(result))
+
+
+def _text(result: Run) -> str:
+    rows = [
+        f"| {r['steps'] / 1e6:.2f} M | {r['minutes']:.1f} | {r['survived_s']:.2f} | {100 * r['finished']:.0f} % | "
+        f"{r['body_error_mm']:.0f} |"
+        for r in result.curves
+    ]
+    return "\n".join(
+        ["# Learning", "| steps | min | survived [s] | finished | body error [mm] |", "|---|---|---|---|---|", *rows]
+    )
+
+
+def _summary(console: Console, result: Run) -> int:
+    first, last = result.curves[0], result.curves[-1]
+    console.print(f"{result.stopped}: {result.steps} steps in {result.seconds / 60:.1f} min")
+    duration = result.evaluation.duration_s if result.evaluation else float("nan")
+    console.print(
+        f"survives {first['survived_s']:.2f} s -> [bold]{last['survived_s']:.2f} s[/] of {duration:.2f} s; "
+        f"{100 * last['finished']:.0f} % of rollouts finish; body error {last['body_error_mm']:.0f} mm"
+    )
+    console.print(f"onnxruntime agrees with torch to {result.onnx_difference:.1e}")
+    for name in ("policy.onnx", "contract.json", "curves.csv", "checkpoint.pt", "training.rrd"):
+        path = result.folder / name
+        if path.exists():
+            hint = f"   open it: rerun {path}" if path.suffix == ".rrd" else ""
+            console.print(f"wrote {path}{hint}", markup=False)
+    if last["finished"] >= GATE:
+        return DONE
+    console.print(
+        f"[red]below the gate[/]: {100 * GATE:.0f} % of rollouts shall finish; go on with --resume --steps MORE"
+    )
+    return BELOW_GATE

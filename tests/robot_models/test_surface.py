@@ -1,0 +1,32 @@
+"""Heights and overlaps against MuJoCo's own collision code."""
+
+import mujoco
+import numpy as np
+
+from robot_models import forward_kinematics, load_robot
+from robot_models import rotation as rot
+from robot_models.surface import body_geoms, lowest_point, self_collision_depth
+
+
+def test_lowest_point_agrees_with_sampled_geometry(rng):
+    robot = load_robot("g1")
+    q = np.tile(robot.default_qpos, (8, 1))
+    q[:, 3:7] = rot.normalise(rng.normal(size=(8, 4)))
+    q[:, 7:] = rng.uniform(robot.lower, robot.upper, (8, robot.nq - 7))
+    lowest = lowest_point(robot, *forward_kinematics(robot, q))
+    data = mujoco.MjData(robot.model)
+    plane = robot.model.geom("floor").id
+    for t in range(8):
+        data.qpos[:] = q[t]
+        mujoco.mj_kinematics(robot.model, data)
+        gaps = [mujoco.mj_geomDistance(robot.model, data, plane, g, 10.0, None) for g in body_geoms(robot)]
+        assert lowest[t] <= min(gaps) + 1e-6  # the sole patch may be lower still
+
+
+def test_a_hand_in_the_chest_is_seen_and_a_free_pose_is_not(dancer):
+    pose = dancer.default_qpos.copy()
+    assert self_collision_depth(dancer, pose[None])[0] == 0.0
+    pose[7 + dancer.joint("left_shoulder_pitch")] = -0.3
+    pose[7 + dancer.joint("left_shoulder_yaw")] = -1.5
+    pose[7 + dancer.joint("left_elbow")] = -1.9
+    assert self_collision_depth(dancer, pose[None])[0] > 0.02

@@ -1,0 +1,60 @@
+"""Tracking: a reference in, a trained, evaluated and exported policy out.
+
+The names are looked up when they are first used: torch and Gymnasium are heavy, and optional.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from tracking.config import PpoConfig, RandomisationConfig, RewardConfig, TaskConfig, TerminationConfig, TrainConfig
+from tracking.errors import TrackingError
+
+if TYPE_CHECKING:
+    from tracking.evaluate import Evaluation, evaluate
+    from tracking.export import export_bundle, onnx_policy
+    from tracking.gym_env import DanceTrackingEnv
+    from tracking.task import TrackingTask
+    from tracking.train import Run, train
+
+_HOME = {
+    "Evaluation": "tracking.evaluate",
+    "evaluate": "tracking.evaluate",
+    "export_bundle": "tracking.export",
+    "onnx_policy": "tracking.export",
+    "DanceTrackingEnv": "tracking.gym_env",
+    "TrackingTask": "tracking.task",
+    "Run": "tracking.train",
+    "train": "tracking.train",
+}
+
+__all__ = [
+    "DanceTrackingEnv",
+    "Evaluation",
+    "PpoConfig",
+    "RandomisationConfig",
+    "RewardConfig",
+    "Run",
+    "TaskConfig",
+    "TerminationConfig",
+    "TrackingError",
+    "TrackingTask",
+    "TrainConfig",
+    "evaluate",
+    "export_bundle",
+    "onnx_policy",
+    "train",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'tracking' has no attribute '{name}'")
+    try:
+        return getattr(import_module(_HOME[name]), name)
+    except ModuleNotFoundError as e:
+        raise TrackingError(
+            f"tracking.{name}", found=f"no package {e.name}", expected="the training extra",
+            cure="pip install 'dance-retarget[train]'",
+        ) from e  # fmt: skip

@@ -1,0 +1,133 @@
+"""The tracking task as a Gymnasium environment: `gymnasium.make("DanceTracking-v0", reference="out.npz")`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from numpy import ndarray
+
+from clips import load_reference
+from robot_models import load_robot
+from tracking.config import TaskConfig
+from tracking.errors import TrackingError
+from tracking.task import TrackingTask
+
+ENV_ID = "DanceTracking-v0"
+_BOUND = 10.0  # actions beyond this ask for targets far outside every joint range
+
+
+class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
+    """One robot that shall follow a reference.
+
+    Observation: the actor's table (`env.unwrapped.task.actor`), float32. Action: residual joint targets in units of
+    `task.action_scale` rad. Reward: the task's terms times the control period; each stands in `info["reward_terms"]`.
+    `terminated`: the robot fell or lost the dance. `truncated`: the reference ran out.
+
+    Args:
+        reference: path of a reference file.
+        render_mode: None, "human" (MuJoCo's viewer) or "rgb_array" (needs a GL: MUJOCO_GL=egl or osmesa on servers).
+        config: the task's numbers.
+        random_start: start anywhere in the dance; otherwise at its first frame.
+    """
+
+    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 50}  # noqa: RUF012
+
+    def __init__(
+        self,
+        reference: str | Path,
+        render_mode: str | None = None,
+        config: TaskConfig | None = None,
+        random_start: bool = True,
+    ) -> None:
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise TrackingError("render_mode", found=repr(render_mode), expected="None, 'human' or 'rgb_array'")
+        path = Path(reference)
+        robot = load_robot(load_reference(path).robot)
+        self.task = TrackingTask(
+            robot=robot, reference=load_reference(path, robot), envs=1, config=config or TaskConfig(), threads=1
+        )
+        self.metadata = {**self.metadata, "render_fps": round(1.0 / self.task.dt)}
+        self.render_mode, self.random_start = render_mode, random_start
+        self.observation_space = spaces.Box(-np.inf, np.inf, (self.task.actor.size,), np.float32)
+        self.action_space = spaces.Box(-_BOUND, _BOUND, (self.task.actions,), np.float32)
+        self._screen: Any = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[ndarray, dict[str, Any]]:
+        """Put the robot into the reference; `options={"frame": k}` chooses where."""
+        super().reset(seed=seed)
+        if seed is not None:
+            self.task.rng = np.random.default_rng(seed)
+        frame = (options or {}).get("frame", None if self.random_start else self.task.reference.dance.start)
+        self.task.reset(np.array([0]), None if frame is None else np.array([int(frame)]))
+        return self._observation(), {"frame": int(self.task.frame[0])}
+
+    def step(self, action: ndarray) -> tuple[ndarray, float, bool, bool, dict[str, Any]]:
+        """One control period."""
+        result = self.task.step(np.asarray(action, dtype=np.float64)[None])
+        info = {
+            "frame": int(self.task.frame[0]),
+            "reward_terms": {k: float(v[0]) for k, v in result.terms.items()},
+            "causes": [k for k, v in result.causes.items() if v[0]],
+        }
+        if self.render_mode == "human":
+            self.render()
+        return self._observation(), float(result.reward[0]), bool(result.terminated[0]), bool(result.truncated[0]), info
+
+    def render(self) -> ndarray | None:
+        """A picture (height, width, 3) in mode "rgb_array"; otherwise the viewer's window is brought up to date."""
+        if self.render_mode is None:
+            return None
+        if self._screen is None:
+            self._screen = _Screen(self.task, self.render_mode)
+        picture: ndarray | None = self._screen.draw(self.task.physics.qpos[0])
+        return picture
+
+    def close(self) -> None:
+        """End window, renderer and threads."""
+        if self._screen is not None:
+            self._screen.close()
+        self.task.physics.close()
+
+    def _observation(self) -> ndarray:
+        return self.task.observe()[0][0]
+
+
+class _Screen:
+    """MuJoCo's viewer or off-screen renderer, opened when the first picture is asked for."""
+
+    def __init__(self, task: TrackingTask, mode: str) -> None:
+        import mujoco
+
+        self._model, self._data, self._mode = task.robot.model, mujoco.MjData(task.robot.model), mode
+        if mode == "human":
+            import mujoco.viewer
+
+            self._out = mujoco.viewer.launch_passive(self._model, self._data)
+        else:
+            self._out = mujoco.Renderer(self._model, 480, 640)
+            self._camera = mujoco.MjvCamera()
+            self._camera.distance, self._camera.azimuth, self._camera.elevation = 3.0, 150.0, -12.0
+
+    def draw(self, qpos: ndarray) -> ndarray | None:
+        import mujoco
+
+        self._data.qpos[:] = qpos
+        mujoco.mj_forward(self._model, self._data)
+        if self._mode == "human":
+            self._out.sync()
+            return None
+        self._camera.lookat[:] = [qpos[0], qpos[1], 0.75]
+        self._out.update_scene(self._data, self._camera)
+        return np.array(self._out.render())
+
+    def close(self) -> None:
+        self._out.close()
+
+
+gymnasium.register(id=ENV_ID, entry_point="tracking.gym_env:DanceTrackingEnv")
