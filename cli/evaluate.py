@@ -51,7 +51,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Load, check, roll out, report."""
-    from tracking.evaluate import evaluate, evaluation_task
+    from tracking.evaluation import evaluate, evaluation_task
     from tracking.export import onnx_policy
 
     console = Console(highlight=False)

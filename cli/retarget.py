@@ -72,15 +72,15 @@ def run(args: Arguments) -> int:
         from cli.show import save_retargeting
 
         written.append(out.with_suffix(".rrd"))
-        save_retargeting(written[-1], result, robot)
-    return _summary(console, result, written, rate, robot.name)
+        save_retargeting(written[-1], result)
+    return _summary(console, result, written, rate)
 
 
-def _summary(console: Console, result: Retargeted, written: list[Path], rate: float, robot: str) -> int:
+def _summary(console: Console, result: Retargeted, written: list[Path], rate: float) -> int:
     report, reference = result.report, result.reference
     print_report(report, console)
     console.print(
-        f"{reference.frames} frames, {reference.duration_s:.1f} s for {robot}; retargeted at {rate:.0f} frames/s"
+        f"{reference.frames} frames, {reference.duration_s:.1f} s for {result.robot.name}; retargeted at {rate:.0f} frames/s"
     )
     for path in written:
         hint = f"   open it: rerun {path}" if path.suffix == ".rrd" else ""

@@ -32,9 +32,9 @@ _SOURCE, _TARGET, _GHOST = (90, 170, 255), (255, 205, 70), (120, 150, 190, 90)
 _SPACE = uuid.UUID("6ad2c0de-5b5e-4c5c-9d0a-0d3a2c1e77aa")
 
 
-def save_retargeting(path: Path, result: Retargeted, robot: RobotModel) -> None:
+def save_retargeting(path: Path, result: Retargeted) -> None:
     """Source, targets, robot, contacts and the report's curves of one retargeting."""
-    reference, start = result.reference, result.reference.dance.start
+    reference, robot, start = result.reference, result.robot, result.reference.dance.start
     with _recording(path, f"{robot.name}: {result.source.source.file}") as log:
         index = _index(np.arange(reference.frames), reference.fps)
         _scene(log, reference.body_pos_w[:, 0], index, reference.fps)
@@ -79,7 +79,7 @@ def save_training(
         _curves(log, "plots/rollout", {"body position error [mm]": error}, index)
         _learning(log, curves)
         log.log("report", _markdown(text), static=True)
-        plots = [_plot(n, f"plots/learning/{_slug(n)}", timeline="step") for n in curves]
+        plots = [_plot(n, f"plots/learning/{_slug(n)}") for n in curves]
         _send_blueprint(log, [_plot("body position error [mm]", "plots/rollout/body-position-error-mm"), *plots])
 
 
@@ -217,11 +217,14 @@ def _source(log: Log, source: HumanClip, start: int) -> None:
 
 
 def _targets(log: Log, result: Retargeted, start: int) -> None:
-    """The goals of the solver, in the robot's size."""
+    """The goals of the solver in the robot's size: pelvis, feet, and each limb from where it begins."""
     import rerun as rr
 
     t = result.targets
-    goals = np.stack([t.pelvis_pos, *t.points.values(), t.feet.pos[:, 0], t.feet.pos[:, 1]], axis=1).astype(np.float32)
+    r, robot = result.reference, result.robot
+    at = {k: r.body_pos_w[r.dance, robot.landmark(k)] for k, _ in t.limbs}
+    ends = [at[start] + vector for (start, _), vector in t.limbs.items()]
+    goals = np.stack([t.pelvis_pos, *ends, t.feet.pos[:, 0], t.feet.pos[:, 1]], axis=1).astype(np.float32)
     index = _index(np.arange(start, start + len(goals)), t.fps)
     log.log("world/targets", rr.Points3D.from_fields(radii=[0.022], colors=[_TARGET]), static=True)
     columns = rr.Points3D.columns(positions=goals.reshape(-1, 3)).partition(np.full(len(goals), goals.shape[1]))
@@ -267,13 +270,14 @@ def _report_text(report: Report, source: HumanClip) -> str:
     return f"# {source.source.file}\n{verdict}\n\n{table}\n\n## Recognised\n{source.source.dialect}\n\n{findings}\n"
 
 
-def _plot(name: str, origin: str, timeline: str = "seconds") -> Callable[[Any], Any]:
-    """A plot view, made when the blueprint is: learning curves have a timeline of their own."""
+def _plot(name: str, origin: str) -> Callable[[Any], Any]:
+    """A plot view, made when the blueprint is."""
 
     def make(rrb: Any) -> Any:
-        return rrb.TimeSeriesView(name=name, origin=f"/{origin}")
+        # A single curve is named by its view; a legend would only cover it.
+        legend = rrb.PlotLegend(visible=name.startswith("slide"))
+        return rrb.TimeSeriesView(name=name, origin=f"/{origin}", plot_legend=legend)
 
-    del timeline
     return make
 
 
@@ -287,7 +291,7 @@ def _send_blueprint(log: Log, plots: Sequence[Callable[[Any], Any]]) -> None:
         background=rrb.Background(color=(24, 27, 33)),
         line_grid=rrb.LineGrid3D(visible=False),
         eye_controls=rrb.EyeControls3D(
-            kind=rrb.Eye3DKind.Orbital, position=(3.0, -1.2, 1.5), look_target=(0.0, 0.45, 0.75), eye_up=(0, 0, 1)
+            kind=rrb.Eye3DKind.Orbital, position=(2.5, -0.7, 1.25), look_target=(0.0, 0.5, 0.72), eye_up=(0, 0, 1)
         ),
     )
     side = rrb.Vertical(

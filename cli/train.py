@@ -16,7 +16,7 @@ from robot_models import RobotModel, load_robot
 from tracking.config import TrainConfig
 
 if TYPE_CHECKING:
-    from tracking.train import Run
+    from tracking.training import Run
 
 GATE = 0.95  # share of rollouts that shall finish
 

@@ -15,11 +15,11 @@ from clips.source import UNITS, Finding, ReadOptions
 # Names without side, first match wins. The order settles the customs that clash: `LeftShoulder` is a collar bone
 # where a `LeftArm` exists; `left_foot` is the toe base where a `left_ankle` exists; `LeftLeg` is the shin.
 _SIDED = {
-    "hip": ("upleg", "upperleg", "thigh", "femur", "hip"),
+    "hip": ("upleg", "upperleg", "thigh", "femur", "hip", "leg"),
     "knee": ("knee", "lowerleg", "calf", "shin", "tibia", "leg"),
     "ankle": ("ankle", "foot"),
-    "toe": ("toebase", "toe", "toes", "ball", "foot"),
-    "shoulder": ("upperarm", "arm", "humerus", "shoulder"),
+    "toe": ("toebase", "toe", "toes", "toe0", "footindex", "ball", "foot"),
+    "shoulder": ("upperarm", "arm", "humerus", "shoulder", "shldr"),
     "elbow": ("elbow", "forearm", "lowerarm", "radius"),
     "wrist": ("wrist", "hand"),
 }
@@ -51,7 +51,7 @@ def find_landmarks(names: Sequence[str]) -> dict[str, str]:
 
 def _split(name: str) -> tuple[str, str]:
     """Side ("left", "right" or "") and bare lower-case name: `mixamorig:LeftUpLeg` -> ("left", "upleg")."""
-    bare = re.sub(r"^(.*[:|])|^(bip\d*|joint|j)[_ ]", "", name, flags=re.IGNORECASE).strip()
+    bare = re.sub(r"^(.*[:|]|mixamorig\d*_?|(bip\d*|joint|j)[_ ])", "", name, flags=re.IGNORECASE).strip()
     for side in ("left", "right"):
         if re.match(side, bare, re.IGNORECASE) or re.search(rf"{side}$", bare, re.IGNORECASE):
             return side, _letters(re.sub(side, "", bare, count=1, flags=re.IGNORECASE))

@@ -32,9 +32,8 @@ class IkWeights:
     pelvis_position: float = 4.0
     pelvis_orientation: float = 2.0
     torso_orientation: float = 2.0
-    knee_position: float = 3.0
-    elbow_position: float = 4.0
-    wrist_position: float = 4.0
+    thigh_and_shin: float = 3.0  # per metre at the limb's end
+    arm: float = 4.0  # upper arm and forearm, the same
     posture: float = 0.06
     repair_posture: float = 2.0  # how firmly the foot-repair pass keeps the smoothed joints
 

@@ -20,8 +20,10 @@ from retarget.contacts import Contacts
 from retarget.smooth import smooth
 from robot_models import FEET, RobotModel, Sole, forward_kinematics, sole_corners
 from robot_models import rotation as rot
+from robot_models.surface import lowest_point
 
 _RAMP_S = 0.12  # time in which a foot leaves its flat pose towards the source's pitch
+_TOUCH = 1e-3  # depths below this are the solver's rounding [m]
 _LONG_SWING_S = 1.0  # beyond this a swing forgets its anchors on the way
 _Z = np.array([0.0, 0.0, 1.0])
 
@@ -66,6 +68,22 @@ def lifted(feet: FootTargets, robot: RobotModel, qpos: Float[ndarray, "T nq"], f
     pos = feet.pos.copy()
     pos[..., 2] += 1.2 * raise_by
     return replace(feet, pos=pos)
+
+
+def raised(robot: RobotModel, qpos: Float[ndarray, "T nq"], fps: float) -> Float[ndarray, "T nq"]:
+    """The root lifted around frames where anything is still under the floor.
+
+    A sunk body ruins a policy sooner than a foot that hovers for a moment; the report tells how far it hovers.
+    """
+    depth = np.maximum(0.0, -lowest_point(robot, *forward_kinematics(robot, qpos)))
+    if depth.max() < _TOUCH:
+        return qpos
+    from scipy.ndimage import maximum_filter1d
+
+    window = max(3, round(2 * _RAMP_S * fps))
+    out = np.array(qpos)
+    out[:, 2] += np.maximum(smooth(maximum_filter1d(depth, window), fps, 4.0), depth)
+    return out
 
 
 def flat_height(clip: HumanClip, contacts: Contacts, foot: int) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -16,10 +17,15 @@ from numpy import ndarray
 
 from retarget.config import IkConfig
 from retarget.feet import FootTargets
-from retarget.targets import POINTS, Targets
+from retarget.targets import Targets
 from robot_models import FEET, RobotModel
 from robot_models.build import BODY_BIT
 from robot_models.surface import touching_pairs
+
+if TYPE_CHECKING:
+    import mink
+
+    from retarget.segment_task import SegmentTask
 
 Progress = Callable[[int, int], None]  # frames done, frames in all
 
@@ -53,9 +59,8 @@ def follow_targets(
     w = config.weights
     solver.add("pelvis", w.pelvis_position, w.pelvis_orientation, targets.pelvis_pos, targets.pelvis_quat)
     solver.add("torso", 0.0, w.torso_orientation, targets.pelvis_pos, targets.torso_quat)
-    for point in POINTS:
-        cost = {"knee": w.knee_position, "elbow": w.elbow_position, "wrist": w.wrist_position}[point.split("_")[1]]
-        solver.add(point, cost, 0.0, targets.points[point], None)
+    for (start, end), vector in targets.limbs.items():
+        solver.add_segment(start, end, w.thigh_and_shin if "hip" in start or "knee" in start else w.arm, vector)
     solver.add_feet(targets.feet)
     rest = np.broadcast_to(robot.default_qpos, (len(targets.pelvis_pos), robot.nq)) if prior is None else prior
     start = rest[0].copy()
@@ -93,16 +98,23 @@ class _Solver:
         self._configuration = mink.Configuration(model)
         self._limit = mink.ConfigurationLimit(model, gain=1.0)
         self._clearance: list[mink.CollisionAvoidanceLimit] = []
-        self._goals: list[tuple[mink.FrameTask, ndarray, ndarray]] = []
+        self._frames: list[tuple[mink.FrameTask, ndarray, ndarray]] = []
+        self._segments: list[tuple[SegmentTask, ndarray]] = []
 
-    def add(self, landmark: str, position_cost: float, turn_cost: float, pos: ndarray, quat: ndarray | None) -> None:
-        """A goal for the body of a landmark, frame by frame."""
+    def add(self, landmark: str, position_cost: float, turn_cost: float, pos: ndarray, quat: ndarray) -> None:
+        """A pose for the body of a landmark, frame by frame."""
         import mink
 
         body = self._robot.profile.landmarks[landmark]
         task = mink.FrameTask(body, "body", position_cost=position_cost, orientation_cost=turn_cost, lm_damping=0.0)
-        turns = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (len(pos), 4)) if quat is None else quat
-        self._goals.append((task, np.asarray(pos), np.asarray(turns)))
+        self._frames.append((task, np.asarray(pos), np.asarray(quat)))
+
+    def add_segment(self, start: str, end: str, cost: float, vector: ndarray) -> None:
+        """A vector from one landmark's body to another's, frame by frame."""
+        from retarget.segment_task import SegmentTask
+
+        first, last = (self._robot.body_ids[self._robot.landmark(k)] for k in (start, end))
+        self._segments.append((SegmentTask(first, last, cost), np.asarray(vector)))
 
     def add_feet(self, feet: FootTargets) -> None:
         """Goals for both feet."""
@@ -131,15 +143,18 @@ class _Solver:
         cost = np.full(model.nv, posture_cost)
         cost[:6] = 0.0
         posture = mink.PostureTask(model, cost=cost)
+        tasks = [*(f[0] for f in self._frames), *(s[0] for s in self._segments), posture]
         qpos, unsolved = np.zeros((frames, model.nq)), []
         self._configuration.update(self._inside(start))
         for t in range(frames):
             self._bound(qpos[t - 1] if t else None)
             posture.set_target(rest[t])
-            for task, pos, quat in self._goals:
+            for task, pos, quat in self._frames:
                 task.set_target(mink.SE3(wxyz_xyz=np.concatenate((quat[t], pos[t]))))
+            for segment, vector in self._segments:
+                segment.set_target(vector[t])
             steps = iterations if t else self._config.first_iterations
-            if not self._solve([*(g[0] for g in self._goals), posture], steps):
+            if not self._solve(tasks, steps):
                 unsolved.append(t)
             qpos[t] = self._inside(self._configuration.q)
             if progress is not None:

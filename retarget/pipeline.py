@@ -15,7 +15,7 @@ from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_referen
 from clips.place import recentred
 from retarget.config import RetargetConfig
 from retarget.contacts import Contacts, find_contacts
-from retarget.feet import lifted
+from retarget.feet import lifted, raised
 from retarget.ik import follow_targets, repair_feet
 from retarget.report import Report, measure
 from retarget.robot_source import as_figure
@@ -31,6 +31,7 @@ Progress = Callable[[str, int, int], None]  # stage, frames done, frames in all
 class Retargeted:
     """A reference, what was measured on it, and the stages that led to it (for the recording)."""
 
+    robot: RobotModel
     reference: Reference
     report: Report
     source: HumanClip  # at the reference's frame rate; its frames are the reference's dance
@@ -70,12 +71,13 @@ def retarget(
         robot, repaired.qpos, lifted(padded.feet, robot, repaired.qpos, config.fps), config.fps, config.ik,
         progress=lambda a, b: tell("clear the floor", a, b),
     )  # fmt: skip
-    reference = _reference(robot, cleared.qpos, padded, {}, config)
+    qpos = raised(robot, cleared.qpos, config.fps)
     unsolved = len(followed.unsolved) + len(cleared.unsolved)
-    report = measure(reference, robot, source, config.gates, unsolved=unsolved)
+    report = measure(_reference(robot, qpos, padded, {}, config), robot, source, config.gates, unsolved=unsolved)
     meta = _meta(source, config, report)
     return Retargeted(
-        reference=_reference(robot, cleared.qpos, padded, meta, config),
+        robot=robot,
+        reference=_reference(robot, qpos, padded, meta, config),
         report=report,
         source=source,
         contacts=contacts,

@@ -18,12 +18,11 @@ from clips.human import runs_of
 from clips.resample import new_times, sample
 from retarget.config import Gates
 from retarget.contacts import edge_points, foot_yaw_rate
-from robot_models import FEET, RobotModel, sole_edges
+from retarget.targets import LIMBS
+from robot_models import RobotModel, sole_edges
 from robot_models import rotation as rot
 from robot_models.surface import lowest_point, self_collision_depth
 
-_CHAIN = (("hip", "knee"), ("knee", "foot"), ("shoulder", "elbow"), ("elbow", "wrist"))
-_LIMBS = tuple((f"{s}_{a}", f"{s}_{b}") for s in FEET for a, b in _CHAIN)
 _RATE = 30.0  # derivatives are compared at this rate [Hz]: at the file's own rate, noise would decide
 _SLOW, _LOW, _SHORT = 0.25, 0.04, 3  # the fixed rule of touching: m/s, m over the point's own floor, frames
 _PIVOT = 1.5  # [rad/s]
@@ -187,7 +186,7 @@ def _flight(lowest: ndarray, source: HumanClip, gates: Gates) -> list[Metric]:
 def _limb_error(reference: Reference, robot: RobotModel, source: HumanClip) -> float:
     """Mean angle between limbs of robot and source [deg]."""
     errors = []
-    for a, b in _LIMBS:
+    for a, b in LIMBS:
         robot_limb = (
             reference.body_pos_w[reference.dance, robot.landmark(b)]
             - reference.body_pos_w[reference.dance, robot.landmark(a)]

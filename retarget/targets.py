@@ -1,7 +1,7 @@
 """The person's motion in the robot's proportions: where pelvis, trunk, limbs and feet shall be.
 
-Every limb is laid out again from the source's directions and the robot's own segment lengths, so that following the
-targets means following the directions. Only the ground plane is scaled by one number, legs over legs.
+Every limb keeps the source's direction and takes the robot's own length. Only the ground plane is scaled by one
+number, legs over legs.
 """
 
 from __future__ import annotations
@@ -22,7 +22,11 @@ from retarget.smooth import smooth
 from robot_models import FEET, RobotModel, forward_kinematics
 from robot_models import rotation as rot
 
-POINTS = tuple(f"{side}_{part}" for side in FEET for part in ("knee", "elbow", "wrist"))
+LIMBS = tuple(
+    (f"{side}_{start}", f"{side}_{end}")
+    for side in FEET
+    for start, end in (("hip", "knee"), ("knee", "foot"), ("shoulder", "elbow"), ("elbow", "wrist"))
+)
 _Z = np.array([0.0, 0.0, 1.0])
 _FOLLOW_HZ = 1.0  # how fast the body follows its feet when locking moved them
 
@@ -36,7 +40,7 @@ class Targets:
     pelvis_pos: Float[ndarray, "T 3"]
     pelvis_quat: Float[ndarray, "T 4"]
     torso_quat: Float[ndarray, "T 4"]
-    points: Mapping[str, Float[ndarray, "T 3"]]  # knees, elbows, wrists
+    limbs: Mapping[tuple[str, str], Float[ndarray, "T 3"]]  # (from, to) -> vector of the robot's length [m]
     feet: FootTargets
 
 
@@ -59,7 +63,7 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
         pelvis_pos=pelvis_pos,
         pelvis_quat=rot.multiply(pelvis, np.broadcast_to(zero_quat[0], pelvis.shape)),
         torso_quat=rot.multiply(torso, np.broadcast_to(zero_quat[robot.landmark("torso")], torso.shape)),
-        points=_limbs(clip, robot, zero_pos, pelvis_pos, pelvis, torso, hip_offsets),
+        limbs=_limbs(clip, robot, zero_pos),
         feet=feet,
     )
 
@@ -82,35 +86,14 @@ def _leg_length(clip: HumanClip) -> float:
     return float(np.median(legs, axis=1).sum() / 2.0)
 
 
-def _limbs(
-    clip: HumanClip,
-    robot: RobotModel,
-    zero_pos: ndarray,
-    pelvis_pos: ndarray,
-    pelvis: ndarray,
-    torso: ndarray,
-    hip_offsets: Mapping[str, ndarray],
-) -> dict[str, ndarray]:
-    """Knees, elbows and wrists: robot lengths along the source's directions, from hips and shoulders down."""
-
-    def length(a: str, b: str) -> float:
-        return float(np.linalg.norm(zero_pos[robot.landmark(a)] - zero_pos[robot.landmark(b)]))
-
-    def direction(a: str, b: str) -> ndarray:
-        return rot.unit(clip.point(b) - clip.point(a))
-
-    points = {}
-    base = zero_pos[robot.landmark("torso")] - zero_pos[0]
-    for side in FEET:
-        hip = pelvis_pos + rot.rotate(pelvis, np.broadcast_to(hip_offsets[side], pelvis_pos.shape))
-        points[f"{side}_knee"] = hip + length(f"{side}_hip", f"{side}_knee") * direction(f"{side}_hip", f"{side}_knee")
-        reach = zero_pos[robot.landmark(f"{side}_shoulder")] - zero_pos[robot.landmark("torso")]
-        shoulder = pelvis_pos + rot.rotate(pelvis, np.broadcast_to(base, pelvis_pos.shape))
-        shoulder = shoulder + rot.rotate(torso, np.broadcast_to(reach, pelvis_pos.shape))
-        upper, fore = (f"{side}_shoulder", f"{side}_elbow"), (f"{side}_elbow", f"{side}_wrist")
-        points[f"{side}_elbow"] = shoulder + length(*upper) * direction(*upper)
-        points[f"{side}_wrist"] = points[f"{side}_elbow"] + length(*fore) * direction(*fore)
-    return points
+def _limbs(clip: HumanClip, robot: RobotModel, zero_pos: ndarray) -> dict[tuple[str, str], ndarray]:
+    """The robot's segment lengths along the source's directions."""
+    limbs = {}
+    for start, end in LIMBS:
+        length = float(np.linalg.norm(zero_pos[robot.landmark(end)] - zero_pos[robot.landmark(start)]))
+        along = clip.point(end.replace("foot", "ankle")) - clip.point(start)
+        limbs[start, end] = length * rot.unit(along)
+    return limbs
 
 
 def _crouch(

@@ -49,7 +49,7 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
     text = path.read_text(encoding="utf-8")
     try:
         if ET.fromstring(text).tag == "robot":
-            text = _urdf_for_mujoco(text, repair=profile.source.inertia == "repair")
+            text = _urdf_for_mujoco(text, profile)
         spec = mujoco.MjSpec.from_string(text)
     except (ValueError, ET.ParseError) as e:
         raise RobotError(str(path), found=f"a file that MuJoCo refuses ({e})", expected="a URDF or MJCF robot") from e
@@ -58,17 +58,18 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
     return spec
 
 
-def _urdf_for_mujoco(text: str, *, repair: bool) -> str:
+def _urdf_for_mujoco(text: str, profile: RobotProfile) -> str:
     """URDF text with its meshes dropped and MuJoCo's compiler told to merge fixed links and keep inertias."""
     robot = ET.fromstring(text)
     for link in robot.iter("link"):
         for part in [e for e in link if e.tag in ("visual", "collision")]:
-            if part.find("geometry/mesh") is not None or part.tag == "visual":
+            # The profile's capsules stand for the whole surface where there are any.
+            if part.tag == "visual" or profile.capsules or part.find("geometry/mesh") is not None:
                 link.remove(part)
     for element in robot.findall("mujoco"):
         robot.remove(element)
     options = {"discardvisual": "true", "fusestatic": "true"}
-    if repair:
+    if profile.source.inertia == "repair":
         options |= {"boundmass": "1e-6", "boundinertia": "1e-9", "balanceinertia": "true"}
     extension = ET.SubElement(robot, "mujoco")
     ET.SubElement(extension, "compiler", options)

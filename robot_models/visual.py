@@ -94,7 +94,8 @@ def mesh_parts(robot: RobotModel, urdf: Path) -> list[Part]:
                     size=np.zeros(3),
                     rgba=(0.75, 0.77, 0.8, 1.0),
                     vertices=points @ body_from_mesh[:3, :3].T + body_from_mesh[:3, 3],
-                    faces=np.asarray(shape.faces, dtype=int),
+                    # A mirroring scale turns the faces inside out.
+                    faces=np.asarray(shape.faces, dtype=int)[:, :: -1 if scale.prod() < 0 else 1],
                 )
             )
     return parts

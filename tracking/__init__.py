@@ -12,21 +12,21 @@ from tracking.config import PpoConfig, RandomisationConfig, RewardConfig, TaskCo
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
-    from tracking.evaluate import Evaluation, evaluate
+    from tracking.evaluation import Evaluation, evaluate
     from tracking.export import export_bundle, onnx_policy
     from tracking.gym_env import DanceTrackingEnv
     from tracking.task import TrackingTask
-    from tracking.train import Run, train
+    from tracking.training import Run, train
 
 _HOME = {
-    "Evaluation": "tracking.evaluate",
-    "evaluate": "tracking.evaluate",
+    "Evaluation": "tracking.evaluation",
+    "evaluate": "tracking.evaluation",
     "export_bundle": "tracking.export",
     "onnx_policy": "tracking.export",
     "DanceTrackingEnv": "tracking.gym_env",
     "TrackingTask": "tracking.task",
-    "Run": "tracking.train",
-    "train": "tracking.train",
+    "Run": "tracking.training",
+    "train": "tracking.training",
 }
 
 __all__ = [

@@ -14,7 +14,7 @@ import torch
 
 from clips.files import write_whole
 from tracking.errors import TrackingError
-from tracking.evaluate import Policy
+from tracking.evaluation import Policy
 from tracking.task import TrackingTask
 
 _AGREEMENT = 1e-5  # largest difference of onnxruntime and torch

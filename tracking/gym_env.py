@@ -17,14 +17,14 @@ from tracking.errors import TrackingError
 from tracking.task import TrackingTask
 
 ENV_ID = "DanceTracking-v0"
-_BOUND = 10.0  # actions beyond this ask for targets far outside every joint range
 
 
 class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
     """One robot that shall follow a reference.
 
-    Observation: the actor's table (`env.unwrapped.task.actor`), float32. Action: residual joint targets in units of
-    `task.action_scale` rad. Reward: the task's terms times the control period; each stands in `info["reward_terms"]`.
+    Observation: the actor's table (`env.unwrapped.task.actor`), float32. Action: residual joint targets in [-1, 1], in
+    units of `task.action_scale` rad. Reward: the task's terms times the control period; each stands in
+    `info["reward_terms"]`.
     `terminated`: the robot fell or lost the dance. `truncated`: the reference ran out.
 
     Args:
@@ -53,7 +53,7 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.task.dt)}
         self.render_mode, self.random_start = render_mode, random_start
         self.observation_space = spaces.Box(-np.inf, np.inf, (self.task.actor.size,), np.float32)
-        self.action_space = spaces.Box(-_BOUND, _BOUND, (self.task.actions,), np.float32)
+        self.action_space = spaces.Box(-1.0, 1.0, (self.task.actions,), np.float32)
         self._screen: Any = None
 
     def reset(

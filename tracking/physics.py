@@ -26,6 +26,8 @@ def available_threads() -> int:
 
 def training_model(robot: RobotModel, physics_dt: float) -> mujoco.MjModel:
     """A copy of the robot for training: only soles touch, since contacts are most of the cost of a step."""
+    import mujoco
+
     model = copy.copy(robot.model)
     geoms = body_geoms(robot)
     model.geom_contype[geoms] = 0
@@ -33,6 +35,8 @@ def training_model(robot: RobotModel, physics_dt: float) -> mujoco.MjModel:
     model.opt.timestep = physics_dt
     model.opt.iterations = 10
     model.opt.ls_iterations = 20
+    # A state that blows up shall be seen, not silently put back to the zero pose.
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     return model
 
 

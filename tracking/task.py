@@ -97,6 +97,10 @@ class TrackingTask:
         targets = self.tables.joint_pos[following] + self.action_scale * action
         self.physics.step(np.clip(targets, self.robot.lower, self.robot.upper) - self.encoder_bias)
         self.frame = following
+        diverged = np.asarray(~np.isfinite(self.physics.state).all(axis=1))
+        if diverged.any():
+            # Back onto the reference at once: a state that is no number would spoil observations and rewards too.
+            self.physics.set(diverged, self.tables.qpos[self.frame[diverged]], self.tables.qvel[self.frame[diverged]])
         self.states = body_states(self.robot, self.physics.qpos, self.physics.qvel)
         errors = compare(self.states, self.tables, self.frame)
         over = beyond_soft_limits(
@@ -104,11 +108,11 @@ class TrackingTask:
         )
         terms = reward_terms(errors, action, self.last_action, over, self.config.rewards)
         causes = failures(errors, self.tables, self.config.terminations)
-        causes["diverged"] = np.asarray(~np.isfinite(self.physics.state).all(axis=1))
+        causes["diverged"] = diverged
         terminated = np.any(list(causes.values()), axis=0)
         self.last_action = np.array(action)
         # Scaled by dt, so that returns are in reward-seconds and do not grow with the control rate.
-        reward = np.nan_to_num(sum(terms.values())) * self.dt
+        reward = np.sum(list(terms.values()), axis=0) * self.dt
         return StepResult(
             reward=reward,
             terminated=terminated,

@@ -35,6 +35,8 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
         ClipError: broken archive, or no known set of keys.
     """
     data = _arrays(raw)
+    if "pose_body" in data and "root_orient" in data and "poses" not in data:
+        data["poses"] = np.concatenate((data["root_orient"], data["pose_body"]), axis=1)
     if "poses" in data and "trans" in data:
         return smpl.read(raw, data, options)
     if "dof_positions" in data and "body_positions" in data:

@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from conftest import SAMPLES
 
 from clips import ClipError, OutputError, ReferenceFileError, cut, load_reference, read_clip, resample, save_reference
 from clips.place import recentred
-from conftest import SAMPLES
 from robot_models import load_robot
 from robot_models import rotation as rot
 

@@ -4,10 +4,10 @@ import pickle
 
 import numpy as np
 import pytest
+from conftest import SAMPLES
 
 from clips import ClipError, HumanClip, ReadOptions, RobotClip, full_qpos, read_clip
 from clips.readers.npz import breadth_first
-from conftest import SAMPLES
 from robot_models import forward_kinematics, load_robot
 from robot_models import rotation as rot
 
@@ -369,3 +369,30 @@ def test_what_cannot_be_read_is_refused_by_name(tmp_path, name, content, match):
 def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(ClipError, match="no such file"):
         read_clip(tmp_path / "nothing.bvh")
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        "Hips Spine Spine1 Neck Head LeftShoulder LeftArm LeftForeArm LeftHand LeftUpLeg LeftLeg LeftFoot LeftToeBase",
+        "mixamorig:Hips mixamorig:LeftShoulder mixamorig:LeftArm mixamorig:LeftForeArm mixamorig:LeftHand "
+        "mixamorig:LeftUpLeg mixamorig:LeftLeg mixamorig:LeftFoot mixamorig:LeftToeBase",
+        "mixamorig1LeftArm mixamorig1LeftForeArm mixamorig1LeftHand mixamorig1LeftUpLeg mixamorig1LeftLeg mixamorig1LeftFoot",
+        "Hips LeftCollar LeftShoulder LeftElbow LeftWrist LeftHip LeftKnee LeftAnkle LeftToe",
+        "Hips Shoulder_L UpperArm_L LowerArm_L Hand_L UpperLeg_L LowerLeg_L Foot_L Toes_L",
+        "pelvis left_collar left_shoulder left_elbow left_wrist left_hip left_knee left_ankle left_foot",
+        "Root Hips LeftShoulder LeftArm LeftForeArm LeftHand LeftLeg LeftShin LeftFoot LeftToeBase",
+        "Bip01 Bip01_L_Clavicle Bip01_L_UpperArm Bip01_L_Forearm Bip01_L_Hand Bip01_L_Thigh Bip01_L_Calf Bip01_L_Foot Bip01_L_Toe0",
+        "hip lCollar lShldr lForeArm lHand lThigh lShin lFoot lToe",
+    ],
+)
+def test_the_left_limbs_are_found_in_every_naming_custom(names):
+    from clips.skeleton import find_landmarks
+
+    words = names.split()
+    found = find_landmarks(words)
+    order = [words.index(found[f"left_{p}"]) for p in ("shoulder", "elbow", "wrist")]
+    legs = [words.index(found[f"left_{p}"]) for p in ("hip", "knee", "ankle")]
+    assert order == sorted(order) and len(set(order)) == 3  # every custom lists its chains outwards
+    assert legs == sorted(legs) and len(set(legs)) == 3
+    assert "Collar" not in found["left_shoulder"] and "Clavicle" not in found["left_shoulder"]

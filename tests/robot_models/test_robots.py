@@ -94,7 +94,8 @@ def test_placo_reads_the_derived_urdf(name, rng):
 
     robot = load_robot(name)
     other = placo.RobotWrapper("", placo.Flags.ignore_collisions, urdf_text(robot))
-    assert list(other.joint_names()) == list(robot.joint_names)
+    # By name: Pinocchio sorts the children of a URDF by the alphabet.
+    assert set(other.joint_names()) == set(robot.joint_names)
     q, _ = random_state(robot, rng, 1)
     q[0, :7] = [0, 0, 0, 1, 0, 0, 0]
     for joint, value in zip(robot.joint_names, q[0, 7:], strict=True):

@@ -17,7 +17,7 @@ from robot_models import RobotModel
 from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
-from tracking.evaluate import Evaluation, evaluate
+from tracking.evaluation import Evaluation, evaluate
 from tracking.export import export_bundle, torch_policy
 from tracking.ppo import Iteration, Trainer
 from tracking.task import TrackingTask
@@ -89,8 +89,10 @@ def train(
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
                 _judge(run, trainer, config, reference_sha256, board)
             run.stopped = _reason_to_stop(run, config)
+        if run.curves[-1]["steps"] != run.steps:
+            _judge(run, trainer, config, reference_sha256, board)
     except KeyboardInterrupt:
-        run.stopped = "interrupted; the last checkpoint stands, --resume goes on from it"
+        run.stopped = "interrupted; the run is saved and can be resumed"
     finally:
         _save(run, trainer, config, reference_sha256)
         board.close()

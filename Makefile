@@ -1,0 +1,51 @@
+# On a machine with Python 3.11 or later and nothing else: make demo, make test, make check.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check -q
+OUT    ?= out
+
+.PHONY: demo test test-slow check wheel clean
+
+$(VENV)/base: pyproject.toml tested-versions.txt
+	$(PYTHON) -m venv $(VENV)
+	@# torch first and by its exact version: a range would bring another build, with gigabytes of CUDA.
+	$(PIP) install -c tested-versions.txt torch==2.13.0
+	$(PIP) install -c tested-versions.txt -e '.[train]'
+	@touch $@
+
+$(VENV)/dev: $(VENV)/base
+	$(PIP) install -c tested-versions.txt -e '.[train,robots,dev]'
+	@touch $@
+
+# Commands exit with 1 when they are done but below a gate; the demo goes on and says so.
+demo: $(VENV)/base
+	@mkdir -p $(OUT)
+	@rm -rf $(OUT)/run
+	$(BIN)/dance-retarget clips/samples/groove.csv -o $(OUT)/groove.npz || test $$? -eq 1
+	$(BIN)/dance-train --ref $(OUT)/groove.npz -o $(OUT)/run --steps 350000 --minutes 2 || test $$? -eq 1
+	$(BIN)/dance-eval $(OUT)/run --ref $(OUT)/groove.npz --rollouts 50 || test $$? -eq 1
+	@echo
+	@echo "Look at it:"
+	@echo "  $(BIN)/rerun $(OUT)/groove.rrd          the clip, the targets, the robot, its feet"
+	@echo "  $(BIN)/rerun $(OUT)/run/training.rrd    what the policy can do after two minutes, beside the ghost"
+	@echo "  $(BIN)/tensorboard --logdir $(OUT)/run  every reward and failure"
+	@echo "Go on: $(BIN)/dance-train --ref $(OUT)/groove.npz -o $(OUT)/run --resume --steps 3000000"
+
+test: $(VENV)/dev
+	$(BIN)/python -m pytest
+
+test-slow: $(VENV)/dev
+	$(BIN)/python -m pytest -m slow
+
+check: $(VENV)/dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+wheel: $(VENV)/dev
+	rm -rf dist build
+	$(PIP) wheel --no-deps -w dist .
+
+clean:
+	rm -rf $(VENV) build dist $(OUT) *.egg-info .mypy_cache .ruff_cache .pytest_cache

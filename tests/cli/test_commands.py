@@ -1,0 +1,130 @@
+"""The commands as a user types them: exit codes, files, refusals with the line to type, help with examples."""
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import SAMPLES
+
+import cli.evaluate
+import cli.inspect
+import cli.retarget
+import cli.train
+
+ROOT = Path(__file__).parent.parent.parent
+COMMANDS = {
+    "dance-retarget": cli.retarget.main,
+    "dance-inspect": cli.inspect.main,
+    "dance-train": cli.train.main,
+    "dance-eval": cli.evaluate.main,
+}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_has_an_example_and_an_unknown_option_is_refused(name, capsys):
+    with pytest.raises(SystemExit) as e:
+        COMMANDS[name](["--help"])
+    assert e.value.code == 0
+    assert f"{name} " in capsys.readouterr().out
+    with pytest.raises(SystemExit) as e:
+        COMMANDS[name](["--no-such-option"])
+    assert e.value.code == 2
+
+
+def test_retarget_writes_reference_and_recording(tmp_path, capsys):
+    out = tmp_path / "g.npz"
+    code = COMMANDS["dance-retarget"]([str(SAMPLES / "groove.csv"), "-o", str(out), "--end", "2"])
+    said = capsys.readouterr().out
+    assert code == 0, said
+    assert out.exists() and out.with_suffix(".rrd").stat().st_size > 100_000
+    assert "all gates hold" in said and str(out) in said
+    assert {p.suffix for p in tmp_path.iterdir()} == {".npz", ".rrd"}
+
+
+def test_a_refused_file_costs_two_lines_exit_code_2_and_no_output(tmp_path, capsys):
+    np.savetxt(tmp_path / "m.csv", np.tile([0, 0, 0.79, 0, 0, 0, 1, *np.zeros(29)], (30, 1)), delimiter=",")
+    words = [str(tmp_path / "m.csv"), "-o", str(tmp_path / "out.npz")]
+    assert COMMANDS["dance-retarget"](words) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert (
+        len(lines) == 2
+        and lines[0].startswith("refused: m.csv")
+        and lines[1] == f"try: dance-retarget {shlex.join(words)} --fps 30"
+    )
+    assert not (tmp_path / "out.npz").exists()
+
+
+def test_a_reference_below_the_gate_is_exit_code_1(tmp_path, monkeypatch):
+    from retarget import Gates, RetargetConfig
+
+    monkeypatch.setattr(cli.retarget, "RetargetConfig", lambda: RetargetConfig(gates=Gates(slide_mm=0.0)))
+    words = [str(SAMPLES / "groove.csv"), "-o", str(tmp_path / "o.npz"), "--end", "1.5", "--no-recording"]
+    assert COMMANDS["dance-retarget"](words) == 1
+
+
+def test_a_missing_folder_is_one_line(tmp_path, capsys):
+    words = [str(SAMPLES / "groove.csv"), "-o", str(tmp_path / "no" / "o.npz"), "--end", "1", "--no-recording"]
+    assert COMMANDS["dance-retarget"](words) == 2
+    assert "takes no file" in capsys.readouterr().err
+
+
+def test_inspect_tells_what_and_why(capsys):
+    assert COMMANDS["dance-inspect"]([str(SAMPLES / "groove.bvh")]) == 0
+    said = capsys.readouterr().out
+    for word in ("BVH", "60", "Frame Time", "up axis", "--up", "cm", "left_knee = LeftLeg", "right-handed"):
+        assert word in said, word
+
+
+def test_train_and_eval_from_end_to_end(groove_file, tmp_path, capsys):
+    pytest.importorskip("torch")
+    run = tmp_path / "run"
+    words = ["--ref", str(groove_file), "-o", str(run), "--steps", "6144", "--envs", "64"]
+    assert COMMANDS["dance-train"](words) in (0, 1)
+    said = capsys.readouterr().out
+    assert "survives" in said and "onnxruntime agrees" in said
+    assert (run / "training.rrd").stat().st_size > 50_000
+    result = tmp_path / "result.json"
+    code = COMMANDS["dance-eval"]([str(run), "--ref", str(groove_file), "--rollouts", "4", "--json", str(result)])
+    told = json.loads(result.read_text())
+    assert code == (0 if told["finished"] >= 0.95 else 1)
+    assert told["rollouts"] == 4 and told["survived_s"] > 0
+    capsys.readouterr()
+    assert COMMANDS["dance-train"](words) == 2  # the run is there already
+    assert "--resume" in capsys.readouterr().err
+
+
+def test_eval_refuses_another_reference(groove_file, tmp_path, capsys):
+    (tmp_path / "contract.json").write_text(json.dumps({"reference_sha256": "0" * 64}))
+    assert COMMANDS["dance-eval"]([str(tmp_path), "--ref", str(groove_file)]) == 2
+    assert "trained on" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["README.md", "README.zh-CN.md"])
+def test_every_command_in_the_readme_parses(name):
+    import inspect as python
+
+    import tyro
+
+    text = (ROOT / name).read_text(encoding="utf-8")
+    lines = [
+        m.group(1)
+        for block in re.findall(r"```bash\n(.*?)```", text, re.S)
+        for m in re.finditer(r"^(dance-.*)$", block, re.M)
+    ]
+    assert len(lines) >= 5
+    for line in lines:
+        words = shlex.split(line.split("#")[0])
+        arguments = python.getmodule(COMMANDS[words[0]]).Arguments
+        tyro.cli(arguments, args=words[1:], config=(tyro.conf.OmitArgPrefixes,))
+
+
+def test_both_readmes_show_the_same_commands():
+    found = []
+    for name in ("README.md", "README.zh-CN.md"):
+        text = (ROOT / name).read_text(encoding="utf-8")
+        blocks = re.findall(r"```bash\n(.*?)```", text, re.S)
+        found.append([re.sub(r"\s*#.*", "", line).strip() for b in blocks for line in b.splitlines() if line.strip()])
+    assert found[0] == found[1]

@@ -1,0 +1,23 @@
+"""Recordings: whole, small, with what they promise inside."""
+
+from cli.show import save_retargeting
+
+
+def test_a_recording_holds_source_targets_robot_contacts_and_curves(groove, tmp_path):
+    import rerun as rr
+
+    path = tmp_path / "g.rrd"
+    save_retargeting(path, groove)
+    data = path.read_bytes()
+    assert list(tmp_path.iterdir()) == [path]
+    for name in (
+        b"world/source",
+        b"world/targets",
+        b"world/robot/left_knee_link",
+        b"plots/report/lowest-point-m",
+        b"report",
+    ):
+        assert name in data, name
+    minutes = groove.reference.duration_s / 60
+    assert len(data) / 1e6 < 1.5 + 8.0 * minutes  # the size that the README promises
+    assert rr.__version__.startswith("0.41")

@@ -1,0 +1,73 @@
+"""Real files that nobody in this project made: what the readers recognise is what their makers say of them."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from clips import HumanClip, ReadOptions, cut, full_qpos, read_clip
+from robot_models import load_robot
+
+RATES = {
+    "csv/g1_gangnam_style_60hz.csv": 60.0,
+    "csv/g1moves_tiktok.csv": 60.0,
+    "csv/lafan1_g1_dance1_subject2.csv": 30.0,
+}
+FILES = [
+    "csv/g1_gangnam_style_60hz.csv", "csv/g1moves_tiktok.csv", "csv/lafan1_g1_dance1_subject2.csv",
+    "bvh/lafan1_dance1_subject2.bvh", "bvh/bandai1_dance_short_normal_001.bvh", "bvh/perfume_aachan.bvh",
+    "bvh/rokoko_jesse_dance.bvh", "bvh/fair1_dab.bvh", "bvh/cmu_12_01_walk.bvh",
+    "pkl/pbhc_charleston_dance.pkl", "pkl/gmt_dance.pkl", "pkl/twist2_yanjie_walk_001.pkl", "pkl/asap_apt_level1.pkl",
+    "pkl/mimickit_g1_walk.pkl", "npz/asap_smpl_apt_level1.npz", "npz/amp_G1_dance.npz", "npz/g1moves_tiktok.npz",
+]  # fmt: skip
+
+
+def read(shared, file):
+    return read_clip(shared / file, ReadOptions(fps=RATES.get(file)))
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_frames_rate_units_and_orders_are_those_of_the_manifest(shared, file):
+    rows = csv.DictReader((shared / "manifest.csv").read_text().splitlines())
+    row = next(r for r in rows if r["file"] == file)
+    clip = read(shared, file)
+    assert clip.frames == int(row["frames"])
+    assert clip.fps == pytest.approx(float(row["fps"].split()[0]), rel=1e-3)
+    found = {f.what: f.value for f in clip.source.findings}
+    if isinstance(clip, HumanClip):
+        assert found["up axis"] == row["up_axis"].lower()
+        unit = {"cm": "cm", "m": "m", "1 u": "cmu"}.get(row["units"].split(",")[0][:3].strip())
+        if unit:
+            assert found["unit"] == unit
+        assert 1.4 < clip.height < 1.95
+    elif row["rotation"] in ("xyzw", "wxyz"):
+        assert found["quaternion order"] == row["rotation"]
+
+
+def test_one_dance_in_five_files_is_one_dance(shared):
+    truth = full_qpos(read(shared, "csv/lafan1_g1_dance1_subject2.csv"), load_robot("g1"))
+    no_wrists = [i for i, j in enumerate(load_robot("g1").joint_names) if "wrist" not in j]
+    gmt = full_qpos(read(shared, "pkl/gmt_dance.pkl"), load_robot("g1"))
+    np.testing.assert_allclose(gmt[:, 7:][:, no_wrists], truth[: len(gmt), 7:][:, no_wrists], atol=1e-6)
+    pbhc = full_qpos(read(shared, "pkl/pbhc_charleston_dance.pkl"), load_robot("g1"))
+    np.testing.assert_allclose(pbhc[30:580, 7:][:, no_wrists], truth[150:700, 7:][:, no_wrists], atol=1e-6)
+    amp = full_qpos(read(shared, "npz/amp_G1_dance.npz"), load_robot("g1"))[::2]
+    start = min(range(200, 300), key=lambda k: np.abs(truth[k : k + 300, 7:] - amp[:300, 7:]).mean())
+    assert np.abs(truth[start : start + 300, 7:] - amp[:300, 7:]).mean() < 0.02
+
+
+def test_the_tiktok_csv_and_npz_are_one_dance(shared):
+    a = full_qpos(read(shared, "csv/g1moves_tiktok.csv"), load_robot("g1"))
+    b = full_qpos(read(shared, "npz/g1moves_tiktok.npz"), load_robot("g1"))
+    np.testing.assert_allclose(a[: len(b)], b, atol=0.15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", FILES)
+def test_every_clip_reaches_the_dancer_inside_its_position_limits(shared, file):
+    from retarget import retarget
+
+    robot = load_robot("dancer")
+    result = retarget(cut(read(shared, file), 0.0, 8.0), robot)
+    assert (result.reference.joint_pos >= robot.lower).all() and (result.reference.joint_pos <= robot.upper).all()
+    assert next(m.value for m in result.report.metrics if m.name == "unsolved frames") == 0.0

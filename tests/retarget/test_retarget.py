@@ -1,0 +1,207 @@
+"""The retargeting stage: laws that hold for any clip, and the negative controls of its report."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from conftest import SAMPLES
+
+from clips import HumanClip, cut, read_clip, resample
+from clips.reference import make_reference
+from clips.source import ClipSource
+from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, measure, retarget
+from retarget.contacts import find_contacts
+from retarget.robot_source import as_figure
+from retarget.smooth import smooth, smooth_quat
+from robot_models import load_robot, sole_edges
+from robot_models import rotation as rot
+
+
+def value(report, name):
+    return next(m.value for m in report.metrics if m.name == name)
+
+
+def test_the_sample_dance_passes_every_gate(groove):
+    assert groove.report.passed, groove.report.failures
+    assert value(groove.report, "slide per touch, worst") < 5.0
+    assert value(groove.report, "deepest point under the floor") < 2.0
+    assert value(groove.report, "limb direction error") < 5.0
+
+
+def test_the_source_itself_has_the_flaws_that_were_mended(groove):
+    source = groove.source
+    touching = groove.contacts.touching
+    heights = source.point("right_ankle")[:, 2]
+    assert np.ptp(heights[touching[:, 2]]) > 0.01  # the sunk foot
+    left = source.point("left_ankle")[touching[:, 0]]
+    assert np.ptp(left[:40, 0]) > 0.003  # the creeping foot
+
+
+def test_planted_edges_do_not_move_within_a_stance(groove):
+    robot, r = load_robot("dancer"), groove.reference
+    edges = sole_edges(robot, r.body_pos_w, r.body_quat_w)
+    planted = (r.contact[1:] == 1) & (r.contact[:-1] == 1)
+    speed = np.linalg.norm(np.diff(edges[..., :2], axis=0), axis=-1) * r.fps
+    assert np.percentile(speed[planted], 95) < 0.02
+    assert np.abs(edges[..., 2][r.contact == 1]).mean() < 2e-3
+
+
+def test_position_limits_hold_and_speed_limits_hold_frame_to_frame(groove):
+    robot, r = load_robot("dancer"), groove.reference
+    assert (r.joint_pos >= robot.lower).all() and (r.joint_pos <= robot.upper).all()
+    assert (np.abs(np.diff(r.joint_pos, axis=0)) * r.fps <= robot.velocity).all()
+
+
+def test_leads_begin_and_end_in_the_default_pose_standing_still(groove):
+    robot, r = load_robot("dancer"), groove.reference
+    for frame in (0, -1):
+        np.testing.assert_allclose(r.joint_pos[frame, 20:], robot.default_joint_pos[20:], atol=0.05)
+    assert np.abs(r.joint_vel[:5]).max() < 0.1
+    assert np.abs(r.joint_vel[-5:]).max() < 0.1
+    assert list(r.meta["segment_names"]) == ["lead-in", "dance", "lead-out"]
+    assert r.segments[0, 0] == 0 and r.segments[-1, 1] == r.frames
+
+
+def test_a_turned_and_shifted_clip_gives_the_same_dance(groove):
+    clip = cut(read_clip(SAMPLES / "groove.bvh"), 0.0, 4.0)
+    turn = rot.from_yaw(np.array(2.0))
+    moved = dataclasses.replace(
+        clip,
+        positions=rot.rotate(np.broadcast_to(turn, (*clip.positions.shape[:-1], 4)), clip.positions) + [3.0, -2.0, 0.0],
+        orientations=rot.multiply(np.broadcast_to(turn, clip.orientations.shape), clip.orientations),
+    )
+    other = retarget(moved, load_robot("dancer"))
+    np.testing.assert_allclose(other.reference.joint_pos, groove.reference.joint_pos, atol=2e-3)
+    np.testing.assert_allclose(other.reference.body_pos_w, groove.reference.body_pos_w, atol=2e-3)
+
+
+def test_two_runs_give_the_same_numbers(groove):
+    again = retarget(cut(read_clip(SAMPLES / "groove.bvh"), 0.0, 4.0), load_robot("dancer"))
+    np.testing.assert_array_equal(again.reference.joint_pos, groove.reference.joint_pos)
+
+
+def test_robot_to_the_same_robot_returns_the_motion(groove, groove_file):
+    robot = load_robot("dancer")
+    clip = read_clip(groove_file)
+    again = retarget(clip, robot, RetargetConfig(lead_in_s=0.0, lead_out_s=0.0))
+    off = np.abs(again.reference.joint_pos - groove.reference.joint_pos)
+    assert np.median(off) < 0.01 and np.percentile(off, 99) < 0.12
+    assert value(again.report, "limb direction error") < 1.5
+
+
+def test_robot_to_another_robot_keeps_the_limbs(groove_file):
+    result = retarget(read_clip(groove_file), load_robot("g1"))
+    assert value(result.report, "joint position beyond limits") == 0.0
+    assert value(result.report, "limb direction error") < 8.0
+
+
+def test_a_robot_seen_as_a_figure_has_its_own_size(groove_file):
+    robot = load_robot("dancer")
+    figure = as_figure(read_clip(groove_file))
+    thigh = np.linalg.norm(figure.point("left_hip") - figure.point("left_knee"), axis=1)
+    np.testing.assert_allclose(thigh, 0.33, atol=1e-9)
+    assert figure.height == pytest.approx(robot.leg_length / 0.491)
+
+
+def test_a_clip_of_points_alone_works():
+    clip = cut(read_clip(SAMPLES / "groove.csv"), 0.0, 2.0)
+    assert isinstance(clip, HumanClip) and clip.orientations is None
+    assert retarget(clip, load_robot("dancer")).report.passed
+
+
+def jump(duration_s: float, height_m: float) -> HumanClip:
+    """A figure that stands, flies and stands: all points move together."""
+    base = read_clip(SAMPLES / "groove.bvh")
+    still = np.repeat(base.positions[:1], 150, axis=0)
+    t = (np.arange(150) - 60) / 60 / duration_s
+    still[..., 2] += np.where((t > 0) & (t < 1), 4 * height_m * t * (1 - t), 0.0)[:, None]
+    return dataclasses.replace(base, positions=still, orientations=np.repeat(base.orientations[:1], 150, axis=0))
+
+
+def test_a_jump_stays_a_jump():
+    result = retarget(jump(0.5, 0.3), load_robot("dancer"))
+    assert value(result.report, "airborne frames of the source") > 15.0
+    share, source = (value(result.report, f"airborne frames{s}") for s in ("", " of the source"))
+    assert abs(share - source) < 6.0
+    robot, r = load_robot("dancer"), result.reference
+    edges = sole_edges(robot, r.body_pos_w, r.body_quat_w)
+    assert edges[r.dance, :, 2].min(axis=1).max() > 0.15  # both feet really leave the floor
+
+
+def test_contacts_need_both_low_and_slow(rng):
+    clip = resample(jump(0.5, 0.3), 50.0)
+    contacts = find_contacts(clip, ContactConfig())
+    flying = slice(55, 70)
+    assert not contacts.touching[flying].any() and contacts.airborne[flying].all()
+    assert contacts.touching[:40].all() and contacts.touching[-30:].all()
+    sliding = clip.positions + np.linspace(0, 2.0, clip.frames)[:, None, None] * [1.0, 0, 0]  # 0.8 m/s over the floor
+    assert not find_contacts(dataclasses.replace(clip, positions=sliding), ContactConfig()).touching.any()
+
+
+def test_hysteresis_bridges_one_noisy_frame():
+    clip = resample(jump(0.5, 0.0), 50.0)
+    noisy = clip.positions.copy()
+    noisy[30, :, 0] += 0.004  # one frame at 0.2 m/s either side
+    contacts = find_contacts(dataclasses.replace(clip, positions=noisy), ContactConfig())
+    assert contacts.touching[10:-10].all()
+
+
+def test_the_report_sees_what_it_is_made_to_see(groove):
+    robot, r, gates = load_robot("dancer"), groove.reference, Gates()
+
+    def spoiled(change) -> object:
+        qpos = r.qpos.copy()
+        change(qpos)
+        bad = make_reference(robot, qpos, r.fps, contact=r.contact, segments=r.segments, meta=r.meta)
+        return measure(bad, robot, groove.source, gates)
+
+    def sink(q):
+        q[:, 2] -= 0.03
+
+    def slide(q):
+        q[:, 0] += np.arange(len(q)) * 0.002
+
+    def jerk(q):
+        q[100, 7:] += 0.3
+
+    def float_up(q):
+        q[:, 2] += 0.05
+
+    assert value(spoiled(sink), "deepest point under the floor") == pytest.approx(30.0, abs=1.5)
+    assert value(spoiled(slide), "speed of a touching edge, mean") == pytest.approx(10.0, rel=0.1)
+    assert not spoiled(slide).passed
+    assert value(spoiled(jerk), "joint speed, max") > 5 * value(groove.report, "joint speed, max") / 3
+    assert not spoiled(float_up).passed
+    assert value(spoiled(float_up), "airborne frames") == 100.0
+
+
+def test_the_smoother_keeps_quadratics_and_halves_its_frequency():
+    t = np.arange(400) / 50
+    parabola = 1.0 + 2.0 * t - 0.3 * t**2
+    np.testing.assert_allclose(smooth(parabola, 50.0, 5.0), parabola, atol=1e-6)
+    for hz, gain in ((5.0, 0.5), (1.0, 1.0), (15.0, 0.0)):
+        wave = np.sin(2 * np.pi * hz * t)
+        kept = smooth(wave, 50.0, 5.0)[100:300] @ wave[100:300] / (wave[100:300] @ wave[100:300])
+        assert kept == pytest.approx(gain, abs=0.03)
+
+
+def test_smoothed_rotations_stay_unit():
+    q = rot.exp(np.stack((np.sin(np.arange(100) / 9), 0.2 * np.arange(100) / 9, np.zeros(100)), axis=1))
+    out = smooth_quat(q, 50.0, 5.0)
+    np.testing.assert_allclose(np.linalg.norm(out, axis=1), 1.0)
+    assert rot.angle_between(out, q).max() < 0.02
+
+
+def test_impossible_settings_are_refused():
+    with pytest.raises(RetargetError, match="fps"):
+        RetargetConfig(fps=1.0)
+    with pytest.raises(RetargetError, match="smooth_hz"):
+        RetargetConfig(smooth_hz=-3.0)
+
+
+def test_provenance_travels_into_the_reference(groove):
+    meta = groove.reference.meta
+    assert meta["source"]["file"] == "groove.bvh" and len(meta["source"]["sha256"]) == 64
+    assert any("fps" in f["what"] for f in meta["source"]["findings"])
+    assert meta["config"]["ik"]["weights"]["foot_position"] > 0
+    assert isinstance(groove.source.source, ClipSource)

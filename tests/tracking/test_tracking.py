@@ -1,0 +1,270 @@
+"""The tracking task: rewards by hand, sensors at the right instant, and the laws of environments."""
+
+import dataclasses
+
+import mujoco
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from clips import load_reference
+from robot_models import body_states, load_robot
+from robot_models import rotation as rot
+from tracking import TaskConfig, TrackingError, TrackingTask
+from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
+from tracking.config import RewardConfig, TerminationConfig
+from tracking.evaluation import evaluate, evaluation_task, wilson
+from tracking.physics import PhysicsBatch, training_model
+from tracking.rewards import action_rate, beyond_soft_limits, closeness, mean_square, reward_terms
+
+
+@pytest.fixture(scope="module")
+def reference(groove_file):
+    return load_reference(groove_file, load_robot("dancer"))
+
+
+def quiet(config=None):
+    config = config or TaskConfig()
+    return dataclasses.replace(
+        config,
+        start_noise=dataclasses.replace(config.start_noise, scale=0.0),
+        randomisation=dataclasses.replace(config.randomisation, enabled=False),
+    )
+
+
+def make(reference, envs=4, **kwargs):
+    return TrackingTask(robot=load_robot("dancer"), reference=reference, envs=envs, threads=1, **kwargs)
+
+
+def zero_errors(n=1, k=14):
+    return TrackingErrors(
+        anchor_pos=np.zeros((n, 3)), anchor_angle=np.zeros(n), anchor_tilt=np.zeros(n), body_pos=np.zeros((n, k, 3)),
+        body_angle=np.zeros((n, k)), body_lin_vel=np.zeros((n, k, 3)), body_ang_vel=np.zeros((n, k, 3)),
+    )  # fmt: skip
+
+
+def test_perfect_tracking_scores_the_maximum():
+    c = RewardConfig()
+    terms = reward_terms(zero_errors(), np.zeros((1, 28)), np.zeros((1, 28)), np.zeros(1), c)
+    assert sum(v[0] for v in terms.values()) == pytest.approx(0.5 + 0.5 + 4 * 1.0)
+    assert terms["action_rate"][0] == terms["joint_limit"][0] == 0.0
+
+
+@pytest.mark.parametrize(
+    "field, change, term, expected",
+    [
+        ("anchor_pos", [[0.3, 0, 0]], "anchor_position", 0.5 * np.exp(-1)),
+        ("anchor_angle", [0.8], "anchor_orientation", 0.5 * np.exp(-4)),
+        ("body_pos", np.full((1, 14, 3), 0.1), "body_position", np.exp(-0.03 / 0.09)),
+        ("body_angle", np.full((1, 14), 0.4), "body_orientation", np.exp(-1)),
+        ("body_lin_vel", np.full((1, 14, 3), [1.0, 0, 0]), "body_linear_velocity", np.exp(-1)),
+        ("body_ang_vel", np.full((1, 14, 3), [0, 0, 3.14]), "body_angular_velocity", np.exp(-1)),
+    ],
+)
+def test_each_reward_on_a_hand_computed_case(field, change, term, expected):
+    errors = dataclasses.replace(zero_errors(), **{field: np.array(change, dtype=float)})
+    terms = reward_terms(errors, np.zeros((1, 28)), np.zeros((1, 28)), np.zeros(1), RewardConfig())
+    assert terms[term][0] == pytest.approx(expected)
+
+
+def test_small_functions_by_hand():
+    assert closeness(np.array([0.25]), 0.5)[0] == pytest.approx(np.exp(-1))
+    assert mean_square(np.array([[[1.0, 2, 2], [0, 0, 0]]]))[0] == 4.5
+    assert action_rate(np.array([[1.0, 2.0]]), np.array([[0.0, 0.0]]))[0] == 5.0
+    over = beyond_soft_limits(np.array([[0.95, 0.0]]), np.array([-1.0, -1]), np.array([1.0, 1]), 0.9)
+    assert over[0] == pytest.approx(0.05)
+
+
+def test_the_reference_itself_has_no_error_and_a_turned_one_only_an_anchor_error(reference):
+    robot = load_robot("dancer")
+    tables, frame = ReferenceTables(reference, robot), np.array([60, 90])
+    q, v = reference.qpos[frame], reference.qvel[frame]
+    errors = compare(body_states(robot, q, v), tables, frame)
+    assert max(np.abs(errors.body_pos).max(), np.abs(errors.body_lin_vel).max()) < 0.05  # velocities are differences
+    assert np.abs(errors.body_pos).max() < 1e-9 and errors.anchor_angle.max() < 1e-6
+    turn = rot.from_yaw(np.array(1.0))
+    q[:, :3] = rot.rotate(np.tile(turn, (2, 1)), q[:, :3]) + [1.0, 2.0, 0.0]
+    q[:, 3:7] = rot.multiply(np.tile(turn, (2, 1)), q[:, 3:7])
+    moved = compare(body_states(robot, q, v), tables, frame)
+    assert np.abs(moved.body_pos).max() < 1e-9 and moved.body_angle.max() < 1e-6
+    assert moved.anchor_angle.min() > 0.9
+
+
+def test_each_termination_fires_alone(reference):
+    tables = ReferenceTables(reference, load_robot("dancer"))
+    limits = TerminationConfig()
+    base = zero_errors(1, len(tables.bodies))
+    assert not any(v.any() for v in failures(base, tables, limits).values())
+    low = dataclasses.replace(base, anchor_pos=np.array([[0, 0, 0.26]]))
+    tilted = dataclasses.replace(base, anchor_tilt=np.array([0.81]))
+    foot = base.body_pos.copy()
+    foot[0, tables.ends[0], 2] = -0.26
+    kicked = dataclasses.replace(base, body_pos=foot)
+    for errors, cause in ((low, "anchor_height"), (tilted, "anchor_tilt"), (kicked, "end_effector_height")):
+        assert [k for k, v in failures(errors, tables, limits).items() if v[0]] == [cause]
+
+
+def test_batched_physics_is_mujocos_own(dancer, rng):
+    model = training_model(dancer, 0.005)
+    batch = PhysicsBatch([model] * 3, control_dt=0.02, threads=2)
+    batch.set(np.arange(3), np.tile(dancer.default_qpos, (3, 1)), np.zeros((3, model.nv)))
+    targets = dancer.default_joint_pos + 0.1 * rng.normal(size=(5, 3, 28))
+    singles = []
+    for k in range(3):
+        data = mujoco.MjData(model)
+        data.qpos[:] = dancer.default_qpos
+        for t in range(5):
+            data.ctrl[:] = targets[t, k]
+            data.qacc_warmstart[:] = 0.0  # rollout starts every call cold
+            mujoco.mj_step(model, data, 1)
+            for _ in range(3):
+                mujoco.mj_step(model, data, 1)
+        singles.append(np.array(data.qpos))
+    for t in range(5):
+        batch.step(targets[t])
+    np.testing.assert_allclose(batch.qpos, singles, atol=1e-7)
+    batch.close()
+
+
+def test_observations_are_of_the_state_after_the_step_not_one_physics_step_before(reference):
+    task = make(reference, config=quiet())
+    task.reset(np.arange(4), np.array([10, 20, 30, 40]))
+    task.step(np.zeros((4, 28)))
+    seen, _ = task.observe(noisy=False)
+    slices = task.actor.slices
+    data = mujoco.MjData(task.robot.model)
+    for k in range(4):
+        data.qpos[:], data.qvel[:] = task.physics.qpos[k], task.physics.qvel[k]
+        mujoco.mj_forward(task.robot.model, data)
+        gyro = data.sensor("gyro").data
+        np.testing.assert_allclose(seen[k, slices["gyro"]], 0.25 * gyro, atol=1e-6)
+        joints = data.qpos[7:] - task.robot.default_joint_pos
+        np.testing.assert_allclose(seen[k, slices["joint_pos"]], joints, atol=1e-6)
+
+
+def test_the_actor_sees_only_what_a_robot_measures(reference):
+    task = make(reference)
+    assert all(t.measurable for t in task.actor.terms)
+    assert not all(t.measurable for t in task.critic.terms)
+    assert task.actor.slices["last_action"].stop == task.actor.size
+
+
+def test_zero_action_from_a_perfect_start_scores_nearly_the_maximum_at_first(reference):
+    task = make(reference, config=quiet())
+    task.reset(np.arange(4), np.full(4, reference.dance.start))
+    result = task.step(np.zeros((4, 28)))
+    assert (result.reward / task.dt > 0.9 * 5.0).all()
+    assert not result.terminated.any()
+
+
+def test_running_out_of_clip_truncates_and_falling_terminates(reference):
+    task = make(reference, config=quiet())
+    task.reset(np.arange(4), np.full(4, reference.frames - 2))
+    result = task.step(np.zeros((4, 28)))
+    assert result.truncated.all() and not result.terminated.any()
+    task.reset(np.arange(4), np.full(4, 20))
+    task.physics.qpos[0, 2] += 0.5
+    fallen = task.step(np.zeros((4, 28)))
+    assert fallen.terminated[0] and not fallen.truncated[0]
+    assert fallen.causes["anchor_height"][0]
+
+
+def test_same_seed_same_steps_other_seed_other_steps(reference, rng):
+    actions = rng.normal(size=(10, 4, 28))
+
+    def play(seed):
+        task = make(reference, seed=seed)
+        return np.stack([task.step(a).reward for a in actions]), task.observe()[0]
+
+    (a, seen_a), (b, seen_b), (c, _) = play(3), play(3), play(4)
+    np.testing.assert_array_equal(a, b)
+    np.testing.assert_array_equal(seen_a, seen_b)
+    assert np.abs(a - c).max() > 0
+
+
+def test_randomisation_makes_different_robots_and_off_makes_one(reference):
+    from tracking.config import RandomisationConfig
+    from tracking.randomisation import make_models
+
+    robot = load_robot("dancer")
+    drawn = make_models(robot, 5, 0.005, RandomisationConfig(), np.random.default_rng(0))
+    masses = [m.body_mass.sum() for m in drawn]
+    assert len(set(np.round(masses, 6))) == 5
+    assert np.abs(np.array(masses) / robot.model.body_mass.sum() - 1).max() < 0.05
+    plain = make_models(robot, 5, 0.005, RandomisationConfig(enabled=False), np.random.default_rng(0))
+    assert all(m is plain[0] for m in plain)
+    assert robot.model.geom_contype.sum() > plain[0].geom_contype.sum()  # the robot's own model is left alone
+
+
+def test_a_saved_task_goes_on_bit_for_bit(reference, rng):
+    actions = rng.normal(size=(8, 4, 28))
+    one = make(reference)
+    for a in actions[:4]:
+        one.step(a)
+    state = one.state_dict()
+    rest = [one.step(a).reward for a in actions[4:]]
+    seen = one.observe()[0]
+    two = make(reference)
+    two.load_state_dict(state)
+    np.testing.assert_array_equal(rest, [two.step(a).reward for a in actions[4:]])
+    np.testing.assert_array_equal(seen, two.observe()[0])
+
+
+def test_evaluation_of_doing_nothing_counts_the_fallen(reference):
+    robot = load_robot("dancer")
+    result = evaluate(
+        lambda seen: np.zeros((len(seen), 28)), robot, reference, evaluation_task(TaskConfig()), rollouts=8, threads=1
+    )
+    assert 0.0 < result.survived_s <= result.duration_s
+    assert result.finished_low <= result.finished <= result.finished_high
+    assert len(result.best) >= 2 and sum(result.causes.values()) >= round(8 * (1 - result.finished))
+
+
+def test_wilson_interval_by_hand():
+    low, high = wilson(50, 100)
+    assert (low, high) == (pytest.approx(0.4038, abs=1e-3), pytest.approx(0.5962, abs=1e-3))
+    assert wilson(100, 100)[1] == pytest.approx(1.0) and wilson(100, 100)[0] == pytest.approx(0.963, abs=1e-3)
+
+
+def test_a_control_period_that_is_no_whole_number_of_steps_is_refused(dancer):
+    with pytest.raises(TrackingError, match="whole number"):
+        PhysicsBatch([training_model(dancer, 0.005)], control_dt=1 / 30)
+
+
+@pytest.mark.filterwarnings("ignore:.*A Box observation space")  # joint speeds have no bound to state
+def test_gymnasiums_own_checker_is_content(groove_file):
+    import gymnasium
+    from gymnasium.utils.env_checker import check_env
+
+    import tracking.gym_env  # noqa: F401  (registers the id)
+
+    env = gymnasium.make("DanceTracking-v0", reference=groove_file)
+    check_env(env.unwrapped, skip_render_check=True)
+    first, info = env.reset(seed=5)
+    again, _ = env.reset(seed=5)
+    np.testing.assert_array_equal(first, again)
+    assert info["frame"] >= 0
+    _, reward, terminated, truncated, info = env.step(np.zeros(28, dtype=np.float32))
+    assert reward > 0 and not terminated and not truncated
+    assert set(info["reward_terms"]) == set(reward_names())
+    env.close()
+
+
+def reward_names():
+    return reward_terms(zero_errors(), np.zeros((1, 28)), np.zeros((1, 28)), np.zeros(1), RewardConfig())
+
+
+def test_the_environment_draws_itself(groove_file):
+    import gymnasium
+
+    import tracking.gym_env  # noqa: F401
+
+    env = gymnasium.make("DanceTracking-v0", reference=groove_file, render_mode="rgb_array")
+    env.reset(seed=0)
+    try:
+        picture = env.render()
+    except Exception as e:  # no GL of any kind on this machine
+        pytest.skip(f"no off-screen rendering here: {e}")
+    assert picture.shape == (480, 640, 3) and picture.std() > 5
+    env.close()

@@ -1,0 +1,130 @@
+"""Training runs: exact resume, export that agrees with torch, and refusals."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from clips import load_reference
+from robot_models import load_robot
+from tracking import PpoConfig, TrackingError, TrackingTask, TrainConfig, onnx_policy, train
+from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
+from tracking.export import contract, export_bundle, torch_policy
+from tracking.ppo import Trainer
+
+SMALL = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2)
+CONFIG = TrainConfig(envs=16, steps=16 * 8 * 6, evaluate_every=16 * 8 * 3, rollouts=2, threads=1, ppo=SMALL)
+
+
+@pytest.fixture(scope="module")
+def reference(groove_file):
+    return load_reference(groove_file, load_robot("dancer"))
+
+
+def trainer(reference, seed=0):
+    task = TrackingTask(robot=load_robot("dancer"), reference=reference, envs=16, seed=seed, threads=1)
+    return Trainer(task, SMALL, seed, threads=1)
+
+
+def weights(t):
+    return torch.cat([p.detach().flatten() for p in t.actor.parameters()])
+
+
+def test_a_resumed_run_continues_identically(reference, tmp_path):
+    one = trainer(reference)
+    for _ in range(3):
+        one.iterate(1e-3)
+    save_checkpoint(tmp_path / "c.pt", one, CONFIG, "abc", {"steps": 3})
+    straight = [one.iterate(1e-3) for _ in range(3)]
+    two = trainer(reference)
+    for _ in range(2):
+        two.iterate(1e-3)  # somewhere else entirely
+    progress = restore(two, load_checkpoint(tmp_path / "c.pt"), CONFIG, "abc")
+    resumed = [two.iterate(1e-3) for _ in range(3)]
+    assert progress == {"steps": 3}
+    assert torch.equal(weights(one), weights(two))
+    for a, b in zip(straight, resumed, strict=True):
+        assert a.losses == b.losses and a.terms == b.terms
+
+
+def test_same_seed_same_curve_other_seed_another(reference, tmp_path):
+    robot = load_robot("dancer")
+    runs = [
+        train(robot, reference, "abc", tmp_path / name, dataclasses.replace(CONFIG, seed=seed))
+        for name, seed in (("a", 1), ("b", 1), ("c", 2))
+    ]
+    pick = [[(r["steps"], r["survived_s"], r["body_error_mm"]) for r in run.curves] for run in runs]
+    assert pick[0] == pick[1] != pick[2]
+
+
+def test_a_run_leaves_its_bundle_curves_and_checkpoint(reference, tmp_path):
+    run = train(load_robot("dancer"), reference, "abc", tmp_path / "r", CONFIG)
+    assert run.steps == CONFIG.steps and "budget" in run.stopped
+    assert {"policy.onnx", "contract.json", "curves.csv", "checkpoint.pt"} <= {p.name for p in run.folder.iterdir()}
+    assert run.onnx_difference < 1e-5
+    assert [r["steps"] for r in run.curves] == [0.0, 384.0, 768.0]
+    with pytest.raises(TrackingError, match="already there"):
+        train(load_robot("dancer"), reference, "abc", tmp_path / "r", CONFIG)
+    longer = dataclasses.replace(CONFIG, steps=CONFIG.steps * 2)
+    more = train(load_robot("dancer"), reference, "abc", tmp_path / "r", longer, resume=True)
+    assert more.steps == longer.steps and len(more.curves) == 5
+
+
+def test_another_reference_or_task_is_not_resumed(reference, tmp_path):
+    one = trainer(reference)
+    save_checkpoint(tmp_path / "c.pt", one, CONFIG, "abc", {})
+    state = load_checkpoint(tmp_path / "c.pt")
+    with pytest.raises(TrackingError, match="another|reference"):
+        restore(one, state, CONFIG, "def")
+    with pytest.raises(TrackingError, match="another envs"):
+        restore(one, state, dataclasses.replace(CONFIG, envs=32), "abc")
+
+
+def test_a_broken_checkpoint_is_refused(tmp_path):
+    (tmp_path / "c.pt").write_bytes(b"not a checkpoint")
+    with pytest.raises(TrackingError, match="no checkpoint"):
+        load_checkpoint(tmp_path / "c.pt")
+
+
+def test_the_exported_actor_agrees_with_torch_and_its_contract_with_the_robot(reference, tmp_path):
+    one = trainer(reference)
+    one.iterate(1e-3)
+    assert export_bundle(tmp_path, one.actor, one.task, "abc") < 1e-5
+    seen = one.task.observe()[0]
+    np.testing.assert_allclose(onnx_policy(tmp_path / "policy.onnx")(seen), torch_policy(one.actor)(seen), atol=1e-5)
+    told = json.loads((tmp_path / "contract.json").read_text())
+    robot = one.task.robot
+    assert told["joint_names"] == list(robot.joint_names) and told["kp"] == robot.kp.tolist()
+    assert told["observation"][-1]["slice"][1] == seen.shape[1]
+    assert contract(one.task, "abc")["control_dt"] == 0.02
+
+
+def test_an_actor_that_sees_what_no_robot_measures_is_not_exported(reference, tmp_path):
+    one = trainer(reference)
+    one.task.actor = one.task.critic
+    with pytest.raises(TrackingError, match="anchor_position"):
+        export_bundle(tmp_path, one.actor, one.task, "abc")
+    assert not list(tmp_path.iterdir())
+
+
+def test_numbers_that_stop_being_finite_stop_the_run_and_keep_the_state(reference, tmp_path, monkeypatch):
+    real = Trainer.iterate
+
+    def poisoned(self, rate):
+        result = real(self, rate)
+        return dataclasses.replace(result, losses={"value": float("nan")})
+
+    monkeypatch.setattr(Trainer, "iterate", poisoned)
+    with pytest.raises(TrackingError, match="value not finite"):
+        train(load_robot("dancer"), reference, "abc", tmp_path / "r", CONFIG)
+    assert (tmp_path / "r" / "diverged.pt").exists()
+
+
+@pytest.mark.slow
+def test_it_learns(reference, tmp_path):
+    config = TrainConfig(steps=250_000, evaluate_every=125_000, rollouts=32)
+    run = train(load_robot("dancer"), reference, "abc", tmp_path / "r", config)
+    assert run.curves[-1]["survived_s"] > 1.3 * run.curves[0]["survived_s"]
