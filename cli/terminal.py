@@ -8,11 +8,12 @@ from __future__ import annotations
 import inspect
 import shlex
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Protocol, TypeVar
 
 import tyro
 from rich.console import Console
@@ -24,6 +25,7 @@ from retarget import Report
 from robot_models import DanceError
 
 DONE, BELOW_GATE, REFUSED = 0, 1, 2
+_QUIET_S = 15.0  # between two lines of progress in a log
 _FLAGS = {"robot": "--source-robot"}  # reading options whose flag has another name
 T = TypeVar("T")
 
@@ -94,22 +96,49 @@ def flag(option: str) -> str:
     return _FLAGS.get(option, "--" + option.replace("_", "-"))
 
 
+class Tell(Protocol):
+    """Told how far a stage has come, with a note where there is something to say."""
+
+    def __call__(self, stage: str, done: int, total: int, note: str = "") -> None:
+        """One step further."""
+
+
 @contextmanager
-def progress(unit: str) -> Iterator[Callable[[str, int, int], None]]:
-    """A bar per stage on stderr, with rate and time to go; silent where stderr is no terminal."""
+def progress(unit: str) -> Iterator[Tell]:
+    """A bar per stage on stderr, with the time to go; a line now and then where stderr is no terminal."""
+    if not sys.stderr.isatty():
+        yield _Lines(unit)
+        return
     bar = Progress(
-        TextColumn("{task.description:<20}"), BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeElapsedColumn(),
-        TextColumn("eta"), TimeRemainingColumn(), console=Console(stderr=True), disable=not sys.stderr.isatty(),
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeElapsedColumn(),
+        TextColumn("eta"), TimeRemainingColumn(), TextColumn("{task.fields[note]}"), console=Console(stderr=True),
     )  # fmt: skip
     tasks: dict[str, Any] = {}
     with bar:
 
-        def tell(stage: str, done: int, total: int) -> None:
+        def tell(stage: str, done: int, total: int, note: str = "") -> None:
             if stage not in tasks:
-                tasks[stage] = bar.add_task(stage, total=total)
-            bar.update(tasks[stage], completed=done, total=total)
+                tasks[stage] = bar.add_task(f"{stage:<18}", total=total, note=note)
+            bar.update(tasks[stage], completed=done, total=total, note=note)
 
         yield tell
+
+
+class _Lines:
+    """Progress for log files: a line every quarter of a minute."""
+
+    def __init__(self, unit: str) -> None:
+        self._unit, self._said = unit, time.monotonic()
+        self._began: dict[str, float] = {}
+
+    def __call__(self, stage: str, done: int, total: int, note: str = "") -> None:
+        now = time.monotonic()
+        began = self._began.setdefault(stage, now)
+        if now - self._said < _QUIET_S:
+            return
+        self._said = now
+        left = (now - began) / done * (total - done) if done else 0.0
+        print(f"{stage}: {done}/{total} {self._unit}, {left:.0f} s to go{', ' if note else ''}{note}", file=sys.stderr)
 
 
 def print_report(report: Report, console: Console) -> None:

@@ -76,7 +76,7 @@ def run(args: Arguments) -> int:
     with progress("steps") as tell:
         result = train(
             robot, reference, hashlib.sha256(args.ref.read_bytes()).hexdigest(), folder, _config(args),
-            resume=args.resume, progress=lambda done, total, line: tell(line, done, total),
+            resume=args.resume, progress=lambda done, total, note: tell("train", done, total, note),
         )  # fmt: skip
     if args.recording:
         _record(folder / "training.rrd", robot, reference, result)

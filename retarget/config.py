@@ -45,7 +45,7 @@ class IkConfig:
     weights: IkWeights = field(default_factory=IkWeights)
     iterations: int = 4  # per frame, warm-started
     first_iterations: int = 80  # so that frame 0 is converged
-    repair_iterations: int = 3
+    repair_iterations: int = 4
     damping: float = 1e-3
     limit_margin: float = 0.01  # kept from each joint limit [rad]
     clearance: float = 0.003  # kept between bodies that would touch, and between bodies and the floor [m]

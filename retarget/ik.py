@@ -129,7 +129,7 @@ class _Solver:
         if pairs:
             limit = mink.CollisionAvoidanceLimit(
                 self._configuration.model, [([a], [b]) for a, b in pairs], gain=1.0,
-                minimum_distance_from_collisions=self._config.clearance, collision_detection_distance=0.05,
+                minimum_distance_from_collisions=self._config.clearance, collision_detection_distance=0.12,
             )  # fmt: skip
             self._clearance = [limit]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 import sysconfig
 import xml.etree.ElementTree as ET
@@ -49,10 +50,12 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
     text = path.read_text(encoding="utf-8")
     try:
         if ET.fromstring(text).tag == "robot":
-            text = _urdf_for_mujoco(text, profile)
-        spec = mujoco.MjSpec.from_string(text)
+            spec = mujoco.MjSpec.from_string(_urdf_for_mujoco(text, profile))
+        else:
+            spec = mujoco.MjSpec.from_file(str(path))
     except (ValueError, ET.ParseError) as e:
         raise RobotError(str(path), found=f"a file that MuJoCo refuses ({e})", expected="a URDF or MJCF robot") from e
+    _strip(spec)
     _free_the_root(spec, profile)
     _freeze(spec, profile)
     return spec
@@ -76,6 +79,20 @@ def _urdf_for_mujoco(text: str, profile: RobotProfile) -> str:
     return ET.tostring(robot, encoding="unicode")
 
 
+def _strip(spec: mujoco.MjSpec) -> None:
+    """Leave the robot alone: no meshes, no scenery, no sensors or key frames of another use."""
+    import mujoco
+
+    for geom in list(spec.geoms):
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH or geom.parent == spec.worldbody:
+            spec.delete(geom)
+    for things in (spec.meshes, spec.textures, spec.hfields, spec.sensors, spec.keys, spec.equalities):
+        for thing in list(things):
+            spec.delete(thing)
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+
+
 def _free_the_root(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
     root = spec.worldbody.first_body()
     if root is None or root.name != profile.root:
@@ -94,10 +111,6 @@ def _free_the_root(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
 
 
 def _freeze(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
-    import re
-
-    for equality in list(spec.equalities):
-        spec.delete(equality)
     for pattern in profile.freeze:
         hits = [j for j in spec.joints if re.fullmatch(pattern, j.name)]
         if not hits:

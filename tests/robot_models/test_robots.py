@@ -222,3 +222,37 @@ def test_a_profile_that_names_a_missing_body_is_refused(tmp_path):
     (tmp_path / "dancer.xml").write_text((PROFILES.parent / "assets" / "dancer.xml").read_text())
     with pytest.raises(RobotError, match="left_hand"):
         load_robot(str(tmp_path / "mine.toml"))
+
+
+SCENE = """
+<mujoco><compiler angle="radian"/><asset><mesh name="hip" file="absent.stl"/><texture name="sky" type="skybox" builtin="gradient" width="8" height="8"/>
+</asset><worldbody><geom name="floor" type="plane" size="1 1 1"/>{body}</worldbody>
+<sensor><framepos name="gyro" objtype="body" objname="pelvis"/></sensor><keyframe><key name="home" qpos="{qpos}"/></keyframe></mujoco>
+"""
+
+
+def test_an_mjcf_scene_with_absent_meshes_a_floor_and_key_frames_is_read(tmp_path):
+    import xml.etree.ElementTree as ET
+
+    tree = ET.parse(PROFILES.parent / "assets" / "dancer.xml").getroot()
+    body = tree.find("worldbody/body")
+    body.set("pos", "0 0 0.8")
+    body.remove(body.find("freejoint"))
+    ET.SubElement(body, "joint", {"name": "floating_base", "type": "free"})
+    for geom in body.iter("geom"):
+        geom.attrib.pop("class")
+    ET.SubElement(body, "geom", {"type": "mesh", "mesh": "hip", "mass": "0"})
+    qpos = " ".join(["0"] * 35)
+    (tmp_path / "scene.xml").write_text(SCENE.format(body=ET.tostring(body, encoding="unicode"), qpos=qpos))
+    profile = (PROFILES / "dancer.toml").read_text().replace("../assets/dancer.xml", "scene.xml")
+    (tmp_path / "scene.toml").write_text(profile)
+    robot = load_robot(str(tmp_path / "scene.xml"))
+    assert robot.hash == load_robot("dancer").hash
+    assert robot.default_qpos[2] == pytest.approx(load_robot("dancer").default_qpos[2])
+
+
+def test_a_missing_package_is_refused_with_the_command_that_brings_it(tmp_path):
+    text = (PROFILES / "jvrc1.toml").read_text().replace("jvrc_description", "no_such_package")
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(RobotError, match="pip install"):
+        load_robot(str(tmp_path / "mine.toml"))
