@@ -225,9 +225,12 @@ def test_a_profile_that_names_a_missing_body_is_refused(tmp_path):
 
 
 SCENE = """
-<mujoco><compiler angle="radian"/><asset><mesh name="hip" file="absent.stl"/><texture name="sky" type="skybox" builtin="gradient" width="8" height="8"/>
-</asset><worldbody><geom name="floor" type="plane" size="1 1 1"/>{body}</worldbody>
-<sensor><framepos name="gyro" objtype="body" objname="pelvis"/></sensor><keyframe><key name="home" qpos="{qpos}"/></keyframe></mujoco>
+<mujoco><compiler angle="radian"/>
+<asset><mesh name="hip" file="absent.stl"/>
+<texture name="sky" type="skybox" builtin="gradient" width="8" height="8"/></asset>
+<worldbody><geom name="floor" type="plane" size="1 1 1"/>{body}</worldbody>
+<sensor><framepos name="gyro" objtype="body" objname="pelvis"/></sensor>
+<keyframe><key name="home" qpos="{qpos}"/></keyframe></mujoco>
 """
 
 
