@@ -23,7 +23,7 @@ demo: $(VENV)/base
 	@mkdir -p $(OUT)
 	@rm -rf $(OUT)/run
 	$(BIN)/dance-retarget clips/samples/groove.csv -o $(OUT)/groove.npz || test $$? -eq 1
-	$(BIN)/dance-train --ref $(OUT)/groove.npz -o $(OUT)/run --steps 350000 --minutes 2 || test $$? -eq 1
+	$(BIN)/dance-train --ref $(OUT)/groove.npz -o $(OUT)/run --steps 500000 --minutes 2 || test $$? -eq 1
 	$(BIN)/dance-eval $(OUT)/run --ref $(OUT)/groove.npz --rollouts 50 || test $$? -eq 1
 	@echo
 	@echo "Look at it:"

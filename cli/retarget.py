@@ -54,7 +54,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read, retarget, save, report."""
-    console = Console(highlight=False)
+    console = Console(highlight=False, soft_wrap=True)
     robot = load_robot(args.robot)
     clip = cut(read_clip(args.clip, args.file.reading()), args.start, args.end)
     console.print(f"[bold]{args.clip.name}[/]: {clip.source.dialect}, {clip.frames} frames at {clip.fps:.6g} fps")

@@ -68,7 +68,7 @@ def run(args: Arguments) -> int:
     """Load, train, report."""
     from tracking import train
 
-    console = Console(highlight=False)
+    console = Console(highlight=False, soft_wrap=True)
     robot = load_robot(load_reference(args.ref).robot)
     reference = load_reference(args.ref, robot)
     folder = args.out or Path("runs") / args.ref.stem

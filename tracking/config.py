@@ -121,7 +121,7 @@ class TrainConfig:
     envs: int = 256
     seed: int = 0
     threads: int = 0  # 0: as many as the process may use
-    evaluate_every: int = 250_000  # control steps between evaluations and checkpoints
+    evaluate_every: int = 100_000  # control steps between evaluations and checkpoints
     rollouts: int = 32  # per evaluation
     target: float = 0.97  # stop early when this share of rollouts finishes, twice in a row
     task: TaskConfig = field(default_factory=TaskConfig)
