@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from cli.terminal import BELOW_GATE, DONE, Clip, command, progress
+from cli.terminal import BELOW_GATE, DONE, ClipPath, command, progress
 from cli.train import GATE
 from clips import load_reference
 from clips.files import write_whole
@@ -28,10 +28,12 @@ class Arguments:
         dance-eval runs/groove --ref groove.npz --rollouts 500 --json result.json
     """
 
-    bundle: Clip
+    bundle: ClipPath
     """Folder with policy.onnx and contract.json."""
     ref: Path
     """The reference that it was trained on."""
+    robot: str | None = None
+    """Path of the robot's profile, where it is not a built-in one."""
     rollouts: int = 100
     """How many, each with its own noise and robot."""
     seed: int = 1
@@ -51,11 +53,12 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Load, check, roll out, report."""
-    from tracking.evaluation import evaluate, evaluation_task
-    from tracking.export import onnx_policy
+    from tracking import evaluate, evaluation_task, onnx_policy
 
+    if args.rollouts < 1:
+        raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
     console = Console(highlight=False)
-    robot = load_robot(load_reference(args.ref).robot)
+    robot = load_robot(args.robot or load_reference(args.ref).robot)
     reference = load_reference(args.ref, robot)
     _check_contract(args.bundle / "contract.json", args.ref)
     with progress("steps") as tell:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rich.console import Console
 
-from cli.terminal import DONE, Clip, FileOptions, command, flag
-from clips import HumanClip, read_clip
+from cli.terminal import DONE, ClipPath, FileOptions, command, flag
+from clips import Clip, ClipError, HumanClip, read_clip
 from clips.clip import OPTIONAL, REQUIRED
+
+_ANY_RATE = 1.0  # stands in while a file without a rate is described; no number that depends on it is printed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +22,7 @@ class Arguments:
         dance-inspect unitree.csv --fps 30
     """
 
-    clip: Clip
+    clip: ClipPath
     """CSV, PKL, NPZ or BVH."""
     file: FileOptions = field(default_factory=FileOptions)
 
@@ -33,17 +35,20 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Read and describe."""
     console = Console(highlight=False, soft_wrap=True)
-    clip = read_clip(args.clip, args.file.reading())
+    clip, no_rate = _read(args)
 
     def tell(what: str, value: str, why: str, option: str = "") -> None:
         override = f"   [{flag(option)}]" if option else ""
         console.print(f"{what:<18} {value}\n{'':<18}   {why}{override}", markup=False)
 
     tell("dialect", clip.source.dialect, f"sha256 {clip.source.sha256[:16]}")
-    tell(
-        "length", f"{clip.frames} frames, {(clip.frames - 1) / clip.fps:.2f} s", f"at {clip.fps:.6g} frames per second"
-    )
+    if no_rate:
+        tell("length", f"{clip.frames} frames", "the file does not say its rate", "fps")
+    else:
+        tell("length", f"{clip.frames} frames, {(clip.frames - 1) / clip.fps:.2f} s", f"at {clip.fps:.6g} per second")
     for f in clip.source.findings:
+        if no_rate and f.what == "fps":
+            continue
         tell(f.what, f.value, f"{f.confidence}: {f.why}", f.option)
     if isinstance(clip, HumanClip):
         tell("height", f"{clip.height:.2f} m", "measured: legs over 0.491 (Drillis & Contini)", "stature")
@@ -57,3 +62,14 @@ def run(args: Arguments) -> int:
     for note in clip.source.conversions:
         tell("converted", note, "")
     return DONE
+
+
+def _read(args: Arguments) -> tuple[Clip, bool]:
+    """The clip, and whether its rate had to be left open: what a file is can be told without it."""
+    options = args.file.reading()
+    try:
+        return read_clip(args.clip, options), False
+    except ClipError as e:
+        if e.option != "fps" or options.fps is not None:
+            raise
+    return read_clip(args.clip, replace(options, fps=_ANY_RATE)), True

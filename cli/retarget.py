@@ -8,8 +8,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cli.terminal import BELOW_GATE, DONE, Clip, FileOptions, Out, command, print_report, progress
-from clips import cut, read_clip, save_reference
+from cli.terminal import BELOW_GATE, DONE, ClipPath, FileOptions, Out, command, print_report, progress
+from clips import OutputError, cut, read_clip, save_reference
 from retarget import RetargetConfig, Retargeted, retarget
 from robot_models import DEFAULT_ROBOT, load_robot
 
@@ -24,7 +24,7 @@ class Arguments:
         dance-retarget unitree.csv --fps 30 --robot g1
     """
 
-    clip: Clip
+    clip: ClipPath
     """CSV, PKL, NPZ or BVH; what it is is found out from its content."""
     robot: str = DEFAULT_ROBOT
     """A built-in robot (dancer, g1, jvrc1, ...) or the path of a profile (.toml)."""
@@ -55,6 +55,8 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Read, retarget, save, report."""
     console = Console(highlight=False, soft_wrap=True)
+    if args.out is not None and (args.out.suffix != ".npz" or args.out.resolve() == args.clip.resolve()):
+        raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")
     robot = load_robot(args.robot)
     clip = cut(read_clip(args.clip, args.file.reading()), args.start, args.end)
     console.print(f"[bold]{args.clip.name}[/]: {clip.source.dialect}, {clip.frames} frames at {clip.fps:.6g} fps")

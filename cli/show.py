@@ -59,7 +59,7 @@ def save_training(
         path: the recording.
         robot: the robot.
         reference: what it should do.
-        rollout: (N, nq) what it did, from the reference's first frame on.
+        rollout: (N, nq) what it did, from the first frame of the reference's dance on.
         curves: name -> (steps, values).
         text: markdown summary.
     """
@@ -67,6 +67,7 @@ def save_training(
 
     with _recording(path, f"{robot.name}: policy against its reference") as log:
         frames = len(rollout)
+        dance = slice(reference.dance.start, reference.dance.start + frames)  # evaluations begin with the dance
         index = _index(np.arange(frames), reference.fps)
         parts = visual_parts(robot)
         pos, quat = forward_kinematics(robot, rollout)
@@ -74,8 +75,8 @@ def save_training(
         _robot(log, "world/robot", robot, parts)
         _move(log, "world/robot", robot, pos, quat, index)
         _robot(log, "world/ghost", robot, parts, tint=_GHOST)
-        _move(log, "world/ghost", robot, reference.body_pos_w[:frames], reference.body_quat_w[:frames], index)
-        error = 1e3 * np.linalg.norm(pos - reference.body_pos_w[:frames], axis=-1).mean(axis=1)
+        _move(log, "world/ghost", robot, reference.body_pos_w[dance], reference.body_quat_w[dance], index)
+        error = 1e3 * np.linalg.norm(pos - reference.body_pos_w[dance], axis=-1).mean(axis=1)
         _curves(log, "plots/rollout", {"body position error [mm]": error}, index)
         _learning(log, curves)
         log.log("report", _markdown(text), static=True)
@@ -148,6 +149,8 @@ def _robot(log: Log, root: str, robot: RobotModel, parts: Sequence[Part], tint: 
             shape = rr.Cylinders3D(lengths=[2 * part.size[1]], radii=[part.size[0]], centers=[part.pos], **pose)
         elif part.kind == "sphere":
             shape = rr.Ellipsoids3D(radii=[part.size[0]], centers=[part.pos], colors=[colour], fill_mode="solid")
+        elif part.kind == "ellipsoid":
+            shape = rr.Ellipsoids3D(half_sizes=[part.size], centers=[part.pos], **pose)
         else:
             # Rerun's capsule begins at its origin and runs along z; MuJoCo's is centred.
             start = part.pos - rot.rotate(part.quat, np.array([0.0, 0.0, part.size[1]]))

@@ -59,7 +59,7 @@ class FileOptions:
         )
 
 
-Clip = Annotated[Path, tyro.conf.Positional]
+ClipPath = Annotated[Path, tyro.conf.Positional]
 Out = Annotated[Path | None, tyro.conf.arg(aliases=["-o"])]
 
 
@@ -87,8 +87,19 @@ def complain(error: DanceError, name: str, words: list[str]) -> None:
     """The refusal, and the command to type where an option would settle it."""
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     console.print(f"refused: {error}", style="red", markup=False)
-    if error.option:
-        console.print(f"try: {name} {shlex.join(words)} {flag(error.option)} {error.suggestion}".rstrip(), markup=False)
+    if error.suggestion:
+        kept = _without(words, flag(error.option))
+        console.print(f"try: {name} {shlex.join(kept)} {flag(error.option)} {error.suggestion}".rstrip(), markup=False)
+    elif error.option:
+        console.print(f"see: {name} --help, {flag(error.option)}", markup=False)
+
+
+def _without(words: list[str], given: str) -> list[str]:
+    """The words typed, without an option that is about to be given anew."""
+    if given not in words:
+        return words
+    at = words.index(given)
+    return words[:at] + words[at + 2 :]
 
 
 def flag(option: str) -> str:

@@ -37,6 +37,8 @@ class Arguments:
 
     ref: Path
     """The reference (.npz) that dance-retarget wrote."""
+    robot: str | None = None
+    """Path of the robot's profile, where it is not a built-in one."""
     out: Out = None
     """Folder of the run; default: runs/<reference>."""
     steps: int = TrainConfig.steps
@@ -69,7 +71,7 @@ def run(args: Arguments) -> int:
     from tracking import train
 
     console = Console(highlight=False, soft_wrap=True)
-    robot = load_robot(load_reference(args.ref).robot)
+    robot = load_robot(args.robot or load_reference(args.ref).robot)
     reference = load_reference(args.ref, robot)
     folder = args.out or Path("runs") / args.ref.stem
     console.print(f"{args.ref}: {reference.duration_s:.1f} s for {robot.name}; run in {folder}", markup=False)
@@ -114,6 +116,9 @@ def _text(result: Run) -> str:
 
 
 def _summary(console: Console, result: Run) -> int:
+    if not result.curves:
+        console.print(result.stopped)
+        return BELOW_GATE
     first, last = result.curves[0], result.curves[-1]
     console.print(f"{result.stopped}: {result.steps} steps in {result.seconds / 60:.1f} min")
     duration = result.evaluation.duration_s if result.evaluation else float("nan")

@@ -30,10 +30,15 @@ class HumanClip:
     landmarks: Mapping[str, str]  # "left_knee" -> point name; REQUIRED always, OPTIONAL where found
     height: float  # stature of the person [m]
     source: ClipSource
+    upright: bool = False  # orientations are already identity for someone who stands upright facing +x
 
     def __post_init__(self) -> None:
         _check_time(self)
         _check_names(self, self.names)
+        points = (len(self.positions), len(self.names))
+        _check_shape(self, "positions", self.positions, (*points, 3))
+        if self.orientations is not None:
+            _check_shape(self, "orientations", self.orientations, (*points, 4))
         _freeze(self, positions=self.positions, orientations=self.orientations)
         _check_finite(self, positions=self.positions, orientations=self.orientations)
         absent = [k for k in REQUIRED if k not in self.landmarks]
@@ -80,6 +85,10 @@ class RobotClip:
     def __post_init__(self) -> None:
         _check_time(self)
         _check_names(self, self.joint_names)
+        frames = len(self.root_pos)
+        _check_shape(self, "root_pos", self.root_pos, (frames, 3))
+        _check_shape(self, "root_quat", self.root_quat, (frames, 4))
+        _check_shape(self, "joint_pos", self.joint_pos, (frames, len(self.joint_names)))
         _freeze(self, root_pos=self.root_pos, root_quat=self.root_quat, joint_pos=self.joint_pos)
         _check_finite(self, root_pos=self.root_pos, root_quat=self.root_quat, joint_pos=self.joint_pos)
         worst = float(np.abs(np.linalg.norm(self.root_quat, axis=-1) - 1.0).max())
@@ -108,6 +117,11 @@ def _check_names(clip: Any, names: tuple[str, ...]) -> None:
     twice = sorted({n for n in names if names.count(n) > 1})
     if twice:
         raise ClipError(clip.source.file, found=f"the name {', '.join(twice)} twice", expected="unique names")
+
+
+def _check_shape(clip: Any, name: str, array: ndarray, shape: tuple[int, ...]) -> None:
+    if np.shape(array) != shape:
+        raise ClipError(clip.source.file, found=f"{name} of shape {np.shape(array)}", expected=f"{shape}")
 
 
 def _check_finite(clip: Any, **arrays: ndarray | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from collections.abc import Iterator
@@ -45,7 +46,9 @@ def aside(path: Path) -> Iterator[Path]:
         beside.chmod(0o666 & ~_umask())
         os.replace(beside, path)
     except OSError as e:
-        raise OutputError(str(path), found=f"a write that failed ({e.strerror})", expected="room on the disk") from e
+        if e.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EISDIR):
+            raise  # not about this file
+        raise OutputError(str(path), found=f"a write that failed ({e.strerror})", expected="a disk with room") from e
     finally:
         beside.unlink(missing_ok=True)
 

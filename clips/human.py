@@ -128,7 +128,10 @@ def _check_handedness(points: ndarray, names: Sequence[str], known: Mapping[str,
         if f"{side}_toe" in at:
             votes.append(np.sum(forward * (at[f"{side}_toe"] - at[f"{side}_ankle"]), axis=-1))
     ahead = float(np.mean(votes))
-    if ahead < -0.005:
+    if abs(ahead) < 0.01:
+        why = f"knees and toes lie only {1000 * ahead:.0f} mm ahead of the hips' front: straight legs without toes cannot tell"
+        return Finding(what="handedness", value="right-handed", why=why, confidence="assumed")
+    if ahead < 0.0:
         raise ClipError(
             where,
             found=f"knees and toes {-1000 * ahead:.0f} mm behind the hips' front",
@@ -148,11 +151,11 @@ def _fill_gaps(positions: ndarray, names: Sequence[str], fps: float, where: str)
     frames = np.arange(len(positions))
     for k in np.flatnonzero(lost.any(axis=0)):
         runs = runs_of(lost[:, k])
-        longest = max(runs, key=lambda r: r[1] - r[0])
-        if longest[1] - longest[0] > _MAX_GAP_S * fps + 1e-9 or longest[0] == 0 or longest[1] == len(positions):
+        bad = [r for r in runs if r[1] - r[0] > _MAX_GAP_S * fps + 1e-9 or r[0] == 0 or r[1] == len(positions)]
+        if bad:
             raise ClipError(
                 f"{where}, point '{names[k]}'",
-                found=f"no data from {longest[0] / fps:.2f} s to {longest[1] / fps:.2f} s",
+                found=f"no data from {bad[0][0] / fps:.2f} s to {bad[0][1] / fps:.2f} s",
                 expected=f"gaps of at most {_MAX_GAP_S} s inside the clip",
                 cure="fill it in the capture software, or cut the clip",
             )

@@ -20,15 +20,17 @@ from robot_models import RobotModel, forward_kinematics, installed, load_robot, 
 from robot_models import rotation as rot
 
 _PROBE_FRAMES = 400
+_OTHER = {"xyzw": "wxyz", "wxyz": "xyzw"}
 _RIGHT_IS_CLEAR = 1.5  # the wrong order's floor must be this many times rougher
 
 
-def layouts(count: int) -> list[tuple[str, tuple[str, ...]]]:
-    """Robots, and named subsets of their joints (`variants`), that have `count` joints: (robot, joint names)."""
+def layouts(count: int, robot_name: str | None) -> list[tuple[str, tuple[str, ...]]]:
+    """Robots, and named subsets of their joints (`variants`), that have `count` joints: (robot, joint names).
+
+    Only the named robot where one is named, by catalogue key or by path.
+    """
     found = []
-    for name in robot_names():
-        if not installed(name):
-            continue
+    for name in [robot_name] if robot_name else [n for n in robot_names() if installed(n)]:
         robot = load_robot(name)
         for drop in ((), *robot.profile.variants.values()):
             kept = tuple(j for j in robot.joint_names if not any(re.fullmatch(p, j) for p in drop))
@@ -43,7 +45,7 @@ def choose_layout(raw: RawFile, count: int, options: ReadOptions) -> tuple[str, 
     Raises:
         ClipError: no robot, or more than one, has that many joints.
     """
-    fits = [f for f in layouts(count) if options.robot in (None, f[0])]
+    fits = layouts(count, options.robot)
     if len(fits) == 1:
         robot, names = fits[0]
         why = f"{count} joint values; only {robot} has that many" if options.robot is None else "given"
@@ -86,7 +88,8 @@ def robot_clip(
         joint_names: names of the columns of `joint_pos`, a subset of the robot's.
         root_pos: [m].
         root_quat: in the file's order.
-        quat_order: "wxyz" or "xyzw" where the format states it; None: forward kinematics decides.
+        quat_order: "wxyz" or "xyzw" where the format states it; with a "?" where that is only its custom, which
+            forward kinematics may overrule; None: forward kinematics decides.
         joint_pos: [rad].
         options: what the user states.
         findings: what the reader decided before.
@@ -97,9 +100,11 @@ def robot_clip(
     """
     model = load_robot(robot)
     order = [model.joint(n) for n in joint_names]
+    joint_pos, unwrapped = _unwrapped(model, order, joint_pos)
     finding = _quat_order(raw, model, order, root_pos, root_quat, quat_order, joint_pos, options)
     quat = _unit_wxyz(raw, root_quat, finding.value)
     limits = _check_limits(raw, model, order, joint_pos)
+    _check_height(raw, model, order, root_pos, quat, joint_pos)
     absent = [j for j in model.joint_names if j not in joint_names]
     notes = [*findings, finding, limits]
     if absent:
@@ -109,12 +114,12 @@ def robot_clip(
         )
     return RobotClip(
         fps=fps,
-        robot=robot,
+        robot=model.name,
         joint_names=tuple(joint_names),
         root_pos=root_pos,
         root_quat=quat,
         joint_pos=joint_pos,
-        source=raw.source(dialect, notes, conversions),
+        source=raw.source(dialect, notes, [*conversions, *unwrapped]),
     )
 
 
@@ -136,36 +141,74 @@ def _quat_order(
     joint_pos: ndarray,
     options: ReadOptions,
 ) -> Finding:
-    if options.quat_order or stated:
+    custom = (stated or "").removesuffix("?")
+    if options.quat_order or custom == stated:
         why = "given" if options.quat_order else "the format says so"
-        value = options.quat_order or stated or ""
+        value = options.quat_order or custom
         return Finding(what="quaternion order", value=value, why=why, confidence="stated", option="quat_order")
-    frames = np.unique(np.linspace(0, len(root_pos) - 1, _PROBE_FRAMES).astype(int))
-    qpos = np.tile(model.default_qpos, (len(frames), 1))
-    qpos[:, :3] = root_pos[frames]
-    qpos[:, [7 + i for i in order]] = joint_pos[frames]
     rough, upright = {}, {}
     for name in ("xyzw", "wxyz"):
-        qpos[:, 3:7] = _unit_wxyz(raw, root_quat, name)[frames]
-        corners = sole_corners(model, *forward_kinematics(model, qpos))
-        lowest = corners[..., 2].min(axis=(1, 2))
+        corners, up = _posed(model, order, root_pos, _unit_wxyz(raw, root_quat, name), joint_pos)
         # Spread of the lower sole's height plus its tilt: both are small only for the right order.
         tilt = np.ptp(corners[..., 2], axis=2).min(axis=1)
-        rough[name] = float(np.std(lowest) + np.median(tilt))
-        upright[name] = float(
-            np.median(rot.rotate(qpos[:, 3:7], np.broadcast_to([0.0, 0.0, 1.0], (len(frames), 3)))[:, 2])
-        )
-    best, other = sorted(rough, key=lambda n: rough[n])
+        rough[name] = float(np.std(corners[..., 2].min(axis=(1, 2))) + np.median(tilt))
+        upright[name] = up
+    best, other = sorted(rough, key=lambda n: (upright[n] < 0.0 < upright[_OTHER[n]] - 0.5, rough[n]))
     why = (
         f"lower sole rough by {1000 * rough[best]:.0f} mm and pelvis up {upright[best]:.2f} read so, "
         f"{1000 * rough[other]:.0f} mm and {upright[other]:.2f} read as {other}"
     )
-    if rough[other] < _RIGHT_IS_CLEAR * rough[best] or upright[best] < upright[other] - 0.1:
+    stands = upright[best] - 0.5 > 0.0 > upright[other]
+    if stands or (rough[other] >= _RIGHT_IS_CLEAR * rough[best] and upright[best] > upright[other] - 0.1):
+        return Finding(what="quaternion order", value=best, why=why, confidence="measured", option="quat_order")
+    if custom:
+        why = f"the dialect's custom; not settled by forward kinematics ({best}: {why})"
+        return Finding(what="quaternion order", value=custom, why=why, confidence="assumed", option="quat_order")
+    raise ClipError(
+        raw.name, found=f"no clear quaternion order ({best}: {why})", expected="one that stands on a floor",
+        cure="state it", option="quat_order", suggestion=best,
+    )  # fmt: skip
+
+
+def _posed(
+    model: RobotModel, order: list[int], root_pos: ndarray, quat: ndarray, joint_pos: ndarray
+) -> tuple[ndarray, float]:
+    """Sole corners of a sample of frames, and the median of the pelvis' upward direction."""
+    frames = np.unique(np.linspace(0, len(root_pos) - 1, _PROBE_FRAMES).astype(int))
+    qpos = np.tile(model.default_qpos, (len(frames), 1))
+    qpos[:, :3], qpos[:, 3:7] = root_pos[frames], quat[frames]
+    qpos[:, [7 + i for i in order]] = joint_pos[frames]
+    corners = sole_corners(model, *forward_kinematics(model, qpos))
+    up = rot.rotate(qpos[:, 3:7], np.broadcast_to([0.0, 0.0, 1.0], (len(frames), 3)))[:, 2]
+    return corners, float(np.median(up))
+
+
+def _check_height(
+    raw: RawFile, model: RobotModel, order: list[int], root_pos: ndarray, quat: ndarray, joint_pos: ndarray
+) -> None:
+    """Centimetres for metres, or a root that is no pelvis, show as soles far from the floor."""
+    corners, up = _posed(model, order, root_pos, quat, joint_pos)
+    low = float(np.percentile(corners[..., 2].min(axis=(1, 2)), 5.0))
+    if abs(low) > 0.5 * model.default_qpos[2] or up < 0.0:
         raise ClipError(
-            raw.name, found=f"no clear quaternion order ({best}: {why})", expected="one that stands on a floor",
-            cure="state it", option="quat_order", suggestion=best,
-        )  # fmt: skip
-    return Finding(what="quaternion order", value=best, why=why, confidence="measured", option="quat_order")
+            raw.name,
+            found=f"soles {low:.3g} m over the floor and the pelvis' up at {up:.2f}, read as {model.name}",
+            expected="a robot on its feet: metres, z up, and the right quaternion order",
+            cure="check unit and axes of the root columns, or state the order",
+            option="quat_order",
+        )
+
+
+def _unwrapped(model: RobotModel, order: list[int], joint_pos: ndarray) -> tuple[ndarray, list[str]]:
+    """Joint angles without jumps of a full turn, each joint brought to the turn nearest to its range."""
+    smooth = np.unwrap(joint_pos, axis=0)
+    middle = 0.5 * (model.lower[order] + model.upper[order])
+    turns = 2.0 * np.pi * np.round((np.median(smooth, axis=0) - middle) / (2.0 * np.pi))
+    # Degrees look like many turns: leave them to the limit check, which names them.
+    out = np.where(np.abs(joint_pos).max(axis=0) < 4.0 * np.pi, smooth - turns, joint_pos)
+    changed = np.flatnonzero(np.abs(out - joint_pos).max(axis=0) > 1e-9)
+    names = ", ".join(model.joint_names[order[k]] for k in changed)
+    return out, [f"full turns taken out of {names}"] if len(changed) else []
 
 
 def _unit_wxyz(raw: RawFile, quat: ndarray, order: str) -> ndarray:

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import Clip, HumanClip
+from clips.errors import ClipError
 from robot_models import rotation as rot
 
 
@@ -52,7 +53,18 @@ def sample_quat(q: Float[ndarray, "T ... 4"], times: Float[ndarray, "N"]) -> Flo
 
 
 def cut(clip: Clip, start_s: float, end_s: float | None) -> Clip:
-    """The frames from `start_s` to `end_s` seconds, both ends included."""
+    """The frames from `start_s` to `end_s` seconds, both ends included.
+
+    Raises:
+        ClipError: the range is empty or lies outside the clip.
+    """
+    length_s = (clip.frames - 1) / clip.fps
+    if not (0.0 <= start_s < length_s and (end_s is None or start_s < end_s)):
+        raise ClipError(
+            f"{clip.source.file}, cut",
+            found=f"from {start_s} s to {'the end' if end_s is None else f'{end_s} s'}",
+            expected=f"0 <= start < end inside the clip's {length_s:.2f} s",
+        )
     first = round(start_s * clip.fps)
     last = clip.frames if end_s is None else min(clip.frames, round(end_s * clip.fps) + 1)
     if first == 0 and last == clip.frames:

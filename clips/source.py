@@ -60,9 +60,10 @@ class ReadOptions:
         _one_of("stature", self.stature, self.stature is None or 0.3 < self.stature < 3.0, "metres, 0.3 to 3")
         if self.unit is not None and self.unit not in UNITS:
             try:
-                float(self.unit)
+                good = 1e-6 < float(self.unit) < 1e6
             except ValueError:
-                _one_of("unit", self.unit, False, f"one of {', '.join(UNITS)} or a number of metres")
+                good = False
+            _one_of("unit", self.unit, good, f"one of {', '.join(UNITS)} or a number of metres above 0")
 
 
 # Metres per unit. CMU's skeletons are in inches times 0.45 (its own ASF files say so).

@@ -16,6 +16,8 @@ from clips.source import RawFile
 _RATE = re.compile(r"^#\s*(?:fps|frame[_ ]?rate)\s*[:=]\s*([0-9.eE+-]+)\s*$", re.IGNORECASE)
 _TIME = {"time", "t", "time_s", "timestamp", "time(s)", "times", "sec", "seconds"}
 _MAX_JITTER = 0.05  # of a frame
+_SLOWEST, _FASTEST = 2.0, 2000.0  # frame rates that a recording may have [Hz]
+_LONGEST_HOLE_S = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +54,8 @@ def header(raw: RawFile) -> tuple[str, ...]:
     return () if all(_is_number(c, _separator(line)) for c in cells if c) else cells
 
 
-def parse(raw: RawFile) -> Table:
-    """Split a table into names and numbers.
+def parse(raw: RawFile, *, named_points: bool = False) -> Table:
+    """Split a table into names and numbers; uneven time stamps are evened out for named points only.
 
     Raises:
         ClipError: ragged rows, text among the numbers, or time that runs backwards.
@@ -76,7 +78,7 @@ def parse(raw: RawFile) -> Table:
         columns, values = columns[:-1], values[:, :-1]
         notes.append("empty last column dropped")
     table = Table(raw=raw, columns=columns, values=values, fps=None, fps_why="", notes=tuple(notes))
-    return _with_rate(table, rates)
+    return _with_rate(table, rates, named_points)
 
 
 def _separator(line: str) -> str:
@@ -128,7 +130,7 @@ def _numbers(raw: RawFile, rows: list[tuple[int, str]], width: int, separator: s
     raise ClipError(raw.name, found="a table that does not parse", expected="plain numbers, one row per frame")
 
 
-def _with_rate(table: Table, rates: list[str]) -> Table:
+def _with_rate(table: Table, rates: list[str], named_points: bool) -> Table:
     """Take the frame rate from a '# fps:' line or a time column."""
     where = table.raw.name
     if rates:
@@ -160,8 +162,26 @@ def _with_rate(table: Table, rates: list[str]) -> Table:
         time = time[keep]
     if len(time) < 2:
         raise ClipError(where, found="one instant", expected="several frames")
+    dt = float(np.median(np.diff(time)))
+    if not 1.0 / _FASTEST < dt < 1.0 / _SLOWEST:
+        raise ClipError(
+            f"{where}, time column", found=f"a step of {dt:g}", expected="seconds between frames",
+            cure="write the times in seconds (these look like milliseconds?)" if dt >= 1.0 else "check the times",
+            option="fps", suggestion="30",
+        )  # fmt: skip
+    wide = int(np.argmax(np.diff(time)))
+    if time[wide + 1] - time[wide] > max(_LONGEST_HOLE_S, 2.5 * dt):
+        raise ClipError(
+            f"{where}, time column", found=f"nothing between {time[wide]:g} s and {time[wide + 1]:g} s",
+            expected=f"holes of at most {_LONGEST_HOLE_S} s", cure="cut the file there",
+        )  # fmt: skip
     dt = (time[-1] - time[0]) / (len(time) - 1)
     if np.abs(time - time[0] - dt * np.arange(len(time))).max() > _MAX_JITTER * dt:
+        if not named_points:
+            raise ClipError(
+                f"{where}, time column", found="uneven time stamps", expected="even ones: rotations cannot be "
+                "interpolated by column", cure="resample the recording before writing it",
+            )  # fmt: skip
         even = np.linspace(time[0], time[-1], len(time))
         values = np.stack([np.interp(even, time, v) for v in table.values.T], axis=1)
         table = replace(table, values=values, notes=(*table.notes, "uneven time stamps brought to an even grid"))

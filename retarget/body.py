@@ -29,7 +29,9 @@ def trunk_frames(clip: HumanClip) -> tuple[Float[ndarray, "T 4"], Float[ndarray,
     for landmark, left in (("pelvis", hips), ("chest", shoulders)):
         geometric = _from_left_and_up(left, up)
         recorded = clip.orientation(landmark)
-        frames.append(geometric if recorded is None else calibrated(recorded, geometric))
+        if recorded is not None:
+            geometric = recorded if clip.upright else calibrated(recorded, geometric)
+        frames.append(geometric)
     return frames[0], frames[1]
 
 
@@ -37,11 +39,23 @@ def foot_frames(clip: HumanClip, side: str, flat: Bool[ndarray, "T"]) -> Float[n
     """Orientation of a foot: level, heading from ankle to toe, on average over the frames in `flat`."""
     along = foot_direction(clip, side)
     recorded = clip.orientation(f"{side}_ankle")
+    if recorded is not None and clip.upright:
+        return recorded
     if recorded is None:
-        shin = clip.point(f"{side}_knee") - clip.point(f"{side}_ankle")
-        recorded = rot.from_axes(along, np.cross(shin, along))
+        recorded = rot.from_axes(along, _foot_left(clip, side, along))
     heading = np.arctan2(along[:, 1], along[:, 0])
     return calibrated(recorded, rot.from_yaw(heading), where=flat)
+
+
+def _foot_left(clip: HumanClip, side: str, along: Float[ndarray, "T 3"]) -> Float[ndarray, "T 3"]:
+    """A hint to the foot's left: across shin and foot; where they are in line, as on pointed toes, the last good one."""
+    shin = rot.unit(clip.point(f"{side}_knee") - clip.point(f"{side}_ankle"))
+    left = rot.cross(shin, rot.unit(along))
+    good = np.flatnonzero(np.linalg.norm(left, axis=1) > 0.3)
+    if len(good) == 0:
+        return clip.point("left_hip") - clip.point("right_hip")
+    nearest = np.abs(np.arange(len(left))[:, None] - good[None]).argmin(axis=1)
+    return np.asarray(left[good[nearest]])
 
 
 def foot_direction(clip: HumanClip, side: str) -> Float[ndarray, "T 3"]:

@@ -61,7 +61,8 @@ class Gates:
     self_collision_mm: float = 10.0  # deepest overlap of two bodies
     joint_limit_rad: float = 1e-6  # beyond a position limit
     velocity_share: float = 1.0  # of the motors' speed limits
-    airborne_points: float = 2.0  # share of airborne frames beyond the source's, percentage points
+    airborne_points: float = 6.0  # difference of the airborne share to the source's, percentage points
+    hovering_frames: float = 5.0  # of lead-in and lead-out
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -72,7 +72,7 @@ def retarget(
         progress=lambda a, b: tell("clear the floor", a, b),
     )  # fmt: skip
     qpos = raised(robot, cleared.qpos, config.fps)
-    unsolved = len(followed.unsolved) + len(cleared.unsolved)
+    unsolved = sum(len(r.unsolved) for r in (followed, repaired, cleared))
     report = measure(_reference(robot, qpos, padded, {}, config), robot, source, config.gates, unsolved=unsolved)
     meta = _meta(source, config, report)
     return Retargeted(

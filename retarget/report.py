@@ -26,6 +26,7 @@ from robot_models.surface import lowest_point, self_collision_depth
 _RATE = 30.0  # derivatives are compared at this rate [Hz]: at the file's own rate, noise would decide
 _SLOW, _LOW, _SHORT = 0.25, 0.04, 3  # the fixed rule of touching: m/s, m over the point's own floor, frames
 _PIVOT = 1.5  # [rad/s]
+_UP = 0.02  # a lowest point higher than this is in the air [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +84,7 @@ def measure(reference: Reference, robot: RobotModel, source: HumanClip, gates: G
     overlap = self_collision_depth(robot, reference.qpos)
     joints = _joints(reference, robot, gates)
     feet, feet_series = _feet(reference, robot, source, gates)
-    flight = _flight(lowest[reference.dance], source, gates)
+    flight = _flight(lowest, reference.dance, source, gates)
     body = [
         Metric(name="deepest point under the floor", value=1e3 * max(0.0, -float(lowest.min())), unit="mm",
                meaning="soles and body primitives, all frames", limit=gates.penetration_mm),
@@ -112,7 +113,7 @@ def _joints(reference: Reference, robot: RobotModel, gates: Gates) -> list[Metri
     worst = robot.joint_names[int(np.argmax(share))]
     at_rate = sample(q, new_times(len(q), reference.fps, min(_RATE, reference.fps)))
     rate = min(_RATE, reference.fps)
-    d1, d2, d3 = (np.abs(np.diff(at_rate, n, axis=0)) * rate**n for n in (1, 2, 3))
+    d1, d2, d3 = (_derivative(at_rate, n, rate) for n in (1, 2, 3))
     return [
         Metric(name="joint position beyond limits", value=max(0.0, beyond), unit="rad", meaning="worst joint, all frames",
                limit=gates.joint_limit_rad),
@@ -122,6 +123,11 @@ def _joints(reference: Reference, robot: RobotModel, gates: Gates) -> list[Metri
         Metric(name="joint acceleration, p95", value=float(np.percentile(d2, 95)), unit="rad/s2", meaning=f"at {rate:g} Hz"),
         Metric(name="joint jerk, p95", value=float(np.percentile(d3, 95)), unit="rad/s3", meaning=f"at {rate:g} Hz"),
     ]  # fmt: skip
+
+
+def _derivative(x: ndarray, order: int, rate: float) -> ndarray:
+    """Absolute differences; one zero where the clip is too short for any."""
+    return np.abs(np.diff(x, order, axis=0)) * rate**order if len(x) > order else np.zeros((1, x.shape[1]))
 
 
 def touch_labels(source: HumanClip) -> tuple[Bool[ndarray, "T 4"], Bool[ndarray, "T 4"]]:
@@ -170,16 +176,19 @@ def _feet(
     return metrics, {"slide of touching edges [m/s]": speed}
 
 
-def _flight(lowest: ndarray, source: HumanClip, gates: Gates) -> list[Metric]:
+def _flight(lowest: ndarray, dance: slice, source: HumanClip, gates: Gates) -> list[Metric]:
     points = edge_points(source)
-    source_share = 100.0 * float(
-        (points[..., 2] - np.percentile(points[..., 2], 5.0, axis=0) > 0.04).all(axis=1).mean()
-    )
-    share = 100.0 * float((lowest > 0.02).mean())
+    over = points[..., 2] - np.percentile(points[..., 2], 5.0, axis=0)
+    source_share = 100.0 * float((over > _LOW).all(axis=1).mean())
+    up = lowest > _UP
+    share, leads = 100.0 * float(up[dance].mean()), np.delete(up, np.arange(len(up))[dance])
     return [
-        Metric(name="airborne frames", value=share, unit="%", meaning="lowest point over 2 cm up, dance only",
-               limit=source_share + gates.airborne_points),
+        Metric(name="airborne frames", value=share, unit="%", meaning="lowest point over 2 cm up, dance only"),
         Metric(name="airborne frames of the source", value=source_share, unit="%", meaning="toes and ankles over 4 cm up"),
+        Metric(name="airborne frames, off the source", value=abs(share - source_share), unit="points",
+               meaning="jumps that were lost or made", limit=gates.airborne_points),
+        Metric(name="hovering in the leads", value=float(leads.sum()), unit="frames",
+               meaning="lowest point over 2 cm up in lead-in or lead-out", limit=gates.hovering_frames),
     ]  # fmt: skip
 
 

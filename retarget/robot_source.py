@@ -46,6 +46,7 @@ def as_figure(clip: RobotClip, robot: RobotModel | None = None) -> HumanClip:
         landmarks=_landmarks(names),
         height=float(robot.leg_length / 0.491),
         source=clip.source.noting(f"joints of {robot.name} -> points by forward kinematics"),
+        upright=True,
     )
 
 

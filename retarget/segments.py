@@ -76,9 +76,9 @@ def _lead(
     quat = rot.slerp(
         np.tile(stand_feet.quat, (len(w), 1, 1)), np.tile(feet.quat, (len(w), 1, 1)), np.tile(lift[:, None], (1, 2))
     )
-    # A sole that sets off level and ends tilted passes through the floor on a straight path: keep it out.
-    down = feet.contact[0].reshape(2, 2).any(axis=1)
-    contact = np.repeat(np.where(down[None] | (lift[:, None] < 1e-3), PLANTED, FREE), 2, axis=1)
+    # An edge stays planted where it is so in the end pose; the others lift with the blend.
+    down = feet.contact[0] != FREE
+    contact = np.where(down[None] | (lift[:, None] < 1e-3), PLANTED, FREE)
     return q, FootTargets(pos=pos, quat=quat, contact=contact, shift=np.zeros((len(w), 2, 2)))
 
 

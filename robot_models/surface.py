@@ -51,6 +51,8 @@ def _geom_bottom(model: mujoco.MjModel, geom: int, pos: ndarray, quat: ndarray) 
         reach = size[0] + down[:, 2] * size[1]
     elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
         reach = size[0] * np.sqrt(np.maximum(1.0 - down[:, 2] ** 2, 0.0)) + down[:, 2] * size[1]
+    elif kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+        reach = np.linalg.norm(down * size, axis=1)
     else:
         reach = np.full(frames, size[0])
     return np.asarray(centre[:, 2] - reach)

@@ -21,7 +21,7 @@ class Part:
     """One piece of a body's surface, in the body's frame."""
 
     body: str
-    kind: str  # "box", "capsule", "cylinder", "sphere" or "mesh"
+    kind: str  # "box", "capsule", "cylinder", "sphere", "ellipsoid" or "mesh"
     pos: Float[ndarray, "3"]  # [m]
     quat: Float[ndarray, "4"]  # wxyz
     size: Float[ndarray, "3"]  # box: half sizes; capsule, cylinder: radius, half length; sphere: radius [m]
@@ -47,6 +47,7 @@ def primitive_parts(robot: RobotModel) -> list[Part]:
         mujoco.mjtGeom.mjGEOM_CAPSULE: "capsule",
         mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder",
         mujoco.mjtGeom.mjGEOM_SPHERE: "sphere",
+        mujoco.mjtGeom.mjGEOM_ELLIPSOID: "ellipsoid",
     }
     return [
         Part(

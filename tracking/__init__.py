@@ -12,7 +12,7 @@ from tracking.config import PpoConfig, RandomisationConfig, RewardConfig, TaskCo
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
-    from tracking.evaluation import Evaluation, evaluate
+    from tracking.evaluation import Evaluation, evaluate, evaluation_task
     from tracking.export import export_bundle, onnx_policy
     from tracking.gym_env import DanceTrackingEnv
     from tracking.task import TrackingTask
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Evaluation": "tracking.evaluation",
     "evaluate": "tracking.evaluation",
+    "evaluation_task": "tracking.evaluation",
     "export_bundle": "tracking.export",
     "onnx_policy": "tracking.export",
     "DanceTrackingEnv": "tracking.gym_env",
@@ -42,6 +43,7 @@ __all__ = [
     "TrackingTask",
     "TrainConfig",
     "evaluate",
+    "evaluation_task",
     "export_bundle",
     "onnx_policy",
     "train",

@@ -67,11 +67,13 @@ def restore(trainer: Trainer, state: dict[str, Any], config: TrainConfig, refere
             cure="resume with the reference that the run began with",
         )  # fmt: skip
     then, now = json.loads(state["config"]), json.loads(json.dumps(asdict(config)))
-    for key in ("task", "envs", "seed"):
+    for key in ("task", "envs", "seed", "threads"):
         if then[key] != now[key]:
             raise TrackingError("resume", found=f"another {key} than the run began with", expected=f"{then[key]}")
-    if then["ppo"]["hidden"] != now["ppo"]["hidden"]:
-        raise TrackingError("resume", found=f"networks {now['ppo']['hidden']}", expected=f"{then['ppo']['hidden']}")
+    shapes = ("hidden", "steps_per_env")  # rates, schedules and weights of the loss may change on purpose
+    for key in shapes:
+        if then["ppo"][key] != now["ppo"][key]:
+            raise TrackingError("resume", found=f"another {key} ({now['ppo'][key]})", expected=f"{then['ppo'][key]}")
     trainer.algorithm.load(state["algorithm"], None, True)
     torch.set_rng_state(state["torch_rng"])
     trainer.age = state["age"].numpy().copy()

@@ -79,7 +79,7 @@ class RandomisationConfig:
 class TaskConfig:
     """The tracking task."""
 
-    physics_dt: float = 0.005  # [s]
+    physics_dt: float = 0.005  # longest physics step [s]; the control period is cut into equal ones
     action_scale: float = 0.25  # of effort / kp: radians of target per unit of action
     rewards: RewardConfig = field(default_factory=RewardConfig)
     terminations: TerminationConfig = field(default_factory=TerminationConfig)

@@ -29,6 +29,7 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
 
     Args:
         reference: path of a reference file.
+        robot: path of the robot's profile, where it is not a built-in one.
         render_mode: None, "human" (MuJoCo's viewer) or "rgb_array" (needs a GL: MUJOCO_GL=egl or osmesa on servers).
         config: the task's numbers.
         random_start: start anywhere in the dance; otherwise at its first frame.
@@ -39,6 +40,7 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
     def __init__(
         self,
         reference: str | Path,
+        robot: str | None = None,
         render_mode: str | None = None,
         config: TaskConfig | None = None,
         random_start: bool = True,
@@ -46,23 +48,26 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise TrackingError("render_mode", found=repr(render_mode), expected="None, 'human' or 'rgb_array'")
         path = Path(reference)
-        robot = load_robot(load_reference(path).robot)
+        model = load_robot(robot or load_reference(path).robot)
         self.task = TrackingTask(
-            robot=robot, reference=load_reference(path, robot), envs=1, config=config or TaskConfig(), threads=1
+            robot=model, reference=load_reference(path, model), envs=1, config=config or TaskConfig(), threads=1
         )
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.task.dt)}
         self.render_mode, self.random_start = render_mode, random_start
         self.observation_space = spaces.Box(-np.inf, np.inf, (self.task.actor.size,), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (self.task.actions,), np.float32)
         self._screen: Any = None
+        self._seeded = False
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[ndarray, dict[str, Any]]:
         """Put the robot into the reference; `options={"frame": k}` chooses where."""
         super().reset(seed=seed)
-        if seed is not None:
+        if seed is not None or not self._seeded:
+            # Without a seed every copy of the environment begins differently.
             self.task.rng = np.random.default_rng(seed)
+            self._seeded = True
         frame = (options or {}).get("frame", None if self.random_start else self.task.reference.dance.start)
         self.task.reset(np.array([0]), None if frame is None else np.array([int(frame)]))
         return self._observation(), {"frame": int(self.task.frame[0])}

@@ -52,7 +52,8 @@ class TrackingTask:
         self.dt = 1.0 / self.reference.fps
         self.tables = ReferenceTables(self.reference, self.robot)
         c = self.config
-        models = make_models(self.robot, self.envs, c.physics_dt, c.randomisation, self.rng)
+        physics_dt = self.dt / np.ceil(self.dt / c.physics_dt - 1e-9)
+        models = make_models(self.robot, self.envs, physics_dt, c.randomisation, self.rng)
         self.physics = PhysicsBatch(models, control_dt=self.dt, threads=self.threads)
         self.action_scale = c.action_scale * self.robot.effort / self.robot.kp
         self.actor = actor_table(self.robot, self.tables, c.observation_noise, c.look_ahead)

@@ -78,6 +78,7 @@ def train(
     try:
         if not run.curves:
             _judge(run, trainer, config, reference_sha256, board)
+        run.stopped = _reason_to_stop(run, config)
         while not run.stopped:
             result = trainer.iterate(_rate(config, run.steps))
             _check_finite(result, trainer, run, config, reference_sha256)
@@ -91,10 +92,11 @@ def train(
             run.stopped = _reason_to_stop(run, config)
         if run.curves[-1]["steps"] != run.steps:
             _judge(run, trainer, config, reference_sha256, board)
-    except KeyboardInterrupt:
-        run.stopped = "interrupted; the run is saved and can be resumed"
-    finally:
         _save(run, trainer, config, reference_sha256)
+    except KeyboardInterrupt:
+        # In the middle of an iteration nothing is worth saving: the last checkpoint is exact, this state is not.
+        run.stopped = "interrupted; the last checkpoint can be resumed"
+    finally:
         board.close()
     run.onnx_difference = export_bundle(folder, trainer.actor, task, reference_sha256)
     task.physics.close()
@@ -105,7 +107,7 @@ def _prepare(folder: Path, resume: bool) -> None:
     if not resume and (folder / CHECKPOINT).exists():
         raise TrackingError(
             str(folder), found="a run that is already there", expected="a new folder",
-            cure="name another, or go on with it", option="resume", suggestion="",
+            cure="name another, or go on with it", option="resume", suggestion=" ",
         )  # fmt: skip
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -36,8 +36,10 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
     """
     data = _arrays(raw)
     if "pose_body" in data and "root_orient" in data and "poses" not in data:
+        _need(raw, data, {"root_orient": 2, "pose_body": 2})
         data["poses"] = np.concatenate((data["root_orient"], data["pose_body"]), axis=1)
     if "poses" in data and "trans" in data:
+        _need(raw, data, {"poses": 2, "trans": 2})
         return smpl.read(raw, data, options)
     if "dof_positions" in data and "body_positions" in data:
         return _isaac_amp(raw, data, options)
@@ -65,6 +67,18 @@ def _arrays(raw: RawFile) -> dict[str, ndarray]:
     return arrays
 
 
+def _need(raw: RawFile, data: Mapping[str, ndarray], dims: Mapping[str, int]) -> None:
+    """Refuse an archive that lacks a key, or has it in another shape, before anything is computed."""
+    for key, ndim in dims.items():
+        if key not in data:
+            raise ClipError(raw.name, found=f"no key '{key}' among {', '.join(data)}", expected="the whole layout")
+        array = data[key]
+        if array.ndim != ndim or len({len(data[k]) for k, n in dims.items() if n > 1 and k in data}) > 1:
+            raise ClipError(f"{raw.name}, {key}", found=f"shape {array.shape}", expected=f"{ndim} axes, frames first")
+        if ndim > 1 and array.dtype.kind not in "fiu":
+            raise ClipError(f"{raw.name}, {key}", found=f"{array.dtype} values", expected="numbers")
+
+
 def rate(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions, *keys: str) -> tuple[float, Finding]:
     """Frame rate from the options or the first key that is there."""
     if options.fps is not None:
@@ -73,18 +87,27 @@ def rate(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions, *keys:
         )
     for key in keys:
         if key in data and np.size(data[key]) == 1:
-            fps = float(np.reshape(data[key], -1)[0])
+            try:
+                fps = float(np.reshape(data[key], -1)[0])
+            except ValueError as e:
+                raise ClipError(f"{raw.name}, {key}", found=repr(data[key]), expected="frames per second") from e
             return fps, Finding(what="fps", value=f"{fps:.6g}", why=f"key '{key}'", confidence="stated", option="fps")
     raise raw.no_fps()
 
 
 def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:
     """BeyondMimic's keys: with names (ours), or without, when the order is found by forward kinematics."""
+    _need(raw, data, {"joint_pos": 2, "body_pos_w": 3, "body_quat_w": 3})
     fps, finding = rate(raw, data, options, "fps")
     count = data["joint_pos"].shape[1]
     if "joint_names" in data and "meta" in data:
-        meta = json.loads(str(data["meta"]))
-        robot, names = str(options.robot or meta["robot"]), tuple(map(str, data["joint_names"]))
+        try:
+            robot = str(options.robot or json.loads(str(data["meta"]))["robot"])
+        except (ValueError, KeyError, TypeError) as e:
+            raise ClipError(
+                f"{raw.name}, meta", found="no JSON that names a robot", expected="a reference's meta"
+            ) from e
+        names = tuple(map(str, data["joint_names"]))
         order = Finding(what="joint order", value="by name", why="key 'joint_names'", confidence="stated")
         dialect = "reference of this project"
     else:
@@ -113,8 +136,9 @@ def _order_by_kinematics(
     frames = np.unique(np.linspace(0, len(data["joint_pos"]) - 1, 20).astype(int))
     stored = np.asarray(data["body_pos_w"], dtype=float)[frames]
     misses = {}
-    for label, names in (("MuJoCo depth-first", depth_first), ("Isaac breadth-first", breadth_first(robot))):
-        if stored.shape[1] != len(robot.body_names):
+    isaac = tuple(n for n in breadth_first(robot) if n in depth_first)
+    for label, names in (("MuJoCo depth-first", depth_first), ("Isaac breadth-first", isaac)):
+        if stored.shape[1] != 1 + len(names):
             break
         qpos = np.tile(robot.default_qpos, (len(frames), 1))
         qpos[:, :3], qpos[:, 3:7] = stored[:, 0], data["body_quat_w"][frames, 0]
@@ -150,6 +174,7 @@ def breadth_first(robot: RobotModel) -> tuple[str, ...]:
 
 def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:
     """Isaac AMP: named joints and bodies, both breadth-first; wxyz."""
+    _need(raw, data, {"dof_positions": 2, "body_positions": 3, "body_rotations": 3, "dof_names": 1, "body_names": 1})
     fps, finding = rate(raw, data, options, "fps")
     names, bodies = tuple(map(str, data["dof_names"])), list(map(str, data["body_names"]))
     if options.robot:

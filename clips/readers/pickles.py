@@ -31,16 +31,19 @@ _ALLOWED = {
 }  # fmt: skip
 _OPENERS: dict[bytes, Callable[[io.BytesIO], IO[bytes]]] = {
     b"\x1f\x8b": lambda f: cast(IO[bytes], gzip.GzipFile(fileobj=f)),
-    b"BZ": lambda f: cast(IO[bytes], bz2.BZ2File(f)),
+    b"BZh": lambda f: cast(IO[bytes], bz2.BZ2File(f)),
     b"\xfd7zXZ": lambda f: cast(IO[bytes], lzma.LZMAFile(f)),
     b"\x5d\x00": lambda f: cast(IO[bytes], lzma.LZMAFile(f)),
 }
-_ZLIB = b"\x78"  # joblib's default
+# joblib's default. The second byte tells zlib from a text that begins with an x.
+_ZLIB = (b"\x78\x01", b"\x78\x5e", b"\x78\x9c", b"\x78\xda")
 
 
 def recognises(raw: RawFile) -> bool:
     """A pickle of protocol 2 or later, bare or compressed by joblib."""
-    return (raw.head[:1] == b"\x80" and raw.head[1:2] in b"\x02\x03\x04\x05") or raw.head.startswith((_ZLIB, *_OPENERS))
+    return (raw.head[:1] == b"\x80" and raw.head[1:2] in b"\x02\x03\x04\x05") or raw.head.startswith(
+        (*_ZLIB, *_OPENERS)
+    )
 
 
 def read(raw: RawFile, options: ReadOptions) -> RobotClip:
@@ -175,7 +178,10 @@ def _joint_space(
 ) -> RobotClip:  # fmt: skip
     if fps is None and options.fps is None:
         raise raw.no_fps()
-    rate = float(options.fps if options.fps is not None else np.asarray(fps).reshape(-1)[0])
+    try:
+        rate = float(options.fps if options.fps is not None else np.asarray(fps, dtype=float).reshape(-1)[0])
+    except (TypeError, ValueError, IndexError) as e:
+        raise ClipError(f"{raw.name}, fps", found=repr(fps), expected="frames per second", option="fps") from e
     why = "given" if options.fps is not None else "key 'fps'"
     joints = _numbers(raw, "joint angles", dof)
     robot, names, finding = choose_layout(raw, joints.shape[1], options)

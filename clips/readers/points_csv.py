@@ -35,7 +35,7 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     Raises:
         ClipError: no frame rate, or no person among the points.
     """
-    data = table.parse(raw)
+    data = table.parse(raw, named_points=True)
     fps = options.fps or data.fps
     if fps is None:
         raise raw.no_fps()
