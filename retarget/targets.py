@@ -28,6 +28,7 @@ LIMBS = tuple(
     for start, end in (("hip", "knee"), ("knee", "foot"), ("shoulder", "elbow"), ("elbow", "wrist"))
 )
 _Z = np.array([0.0, 0.0, 1.0])
+_STRAIGHT = 0.9995  # of the leg's length
 _FOLLOW_HZ = 1.0  # how fast the body follows its feet when locking moved them
 
 
@@ -56,7 +57,9 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
     middle[:, :2] += smooth(feet.shift.mean(axis=1), clip.fps, _FOLLOW_HZ)
     hip_offsets = {s: zero_pos[robot.landmark(f"{s}_hip")] - zero_pos[0] for s in FEET}
     pelvis_pos = middle - rot.rotate(pelvis, np.broadcast_to(np.mean(list(hip_offsets.values()), axis=0), middle.shape))
-    pelvis_pos[:, 2] -= _crouch(pelvis_pos, pelvis, hip_offsets, feet, robot, config, clip.fps)
+    # A robot's own figure has legs that reach where they stand; a person's may be longer than the scale says.
+    reach = _STRAIGHT if clip.upright else config.reach
+    pelvis_pos[:, 2] -= _crouch(pelvis_pos, pelvis, hip_offsets, feet, robot, reach, clip.fps)
     return Targets(
         fps=clip.fps,
         scale=scale,
@@ -102,14 +105,14 @@ def _crouch(
     hip_offsets: Mapping[str, ndarray],
     feet: FootTargets,
     robot: RobotModel,
-    config: RetargetConfig,
+    reach: float,
     fps: float,
 ) -> ndarray:
     """How far the pelvis must come down so that planted feet stay within reach [m], smooth in time."""
     from scipy.ndimage import maximum_filter1d
 
     need = np.zeros(len(pelvis_pos))
-    limit = config.reach * robot.leg_length
+    limit = reach * robot.leg_length
     for k, side in enumerate(FEET):
         hip = pelvis_pos + rot.rotate(pelvis, np.broadcast_to(hip_offsets[side], pelvis_pos.shape))
         away = hip - feet.pos[:, k]

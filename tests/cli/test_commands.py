@@ -128,3 +128,37 @@ def test_both_readmes_show_the_same_commands():
         blocks = re.findall(r"```bash\n(.*?)```", text, re.S)
         found.append([re.sub(r"\s*#.*", "", line).strip() for b in blocks for line in b.splitlines() if line.strip()])
     assert found[0] == found[1]
+
+
+def test_an_output_of_another_kind_is_refused(tmp_path, capsys):
+    assert COMMANDS["dance-retarget"]([str(SAMPLES / "groove.csv"), "-o", str(tmp_path / "o.rrd")]) == 2
+    assert "ends in .npz" in capsys.readouterr().err
+
+
+def test_inspect_describes_a_file_that_does_not_say_its_rate(tmp_path, capsys):
+    from robot_models import load_robot
+
+    pose = load_robot("g1").default_qpos
+    np.savetxt(tmp_path / "m.csv", np.tile(pose, (30, 1)), delimiter=",")
+    assert COMMANDS["dance-inspect"]([str(tmp_path / "m.csv"), "--quat-order", "wxyz"]) == 0
+    said = capsys.readouterr().out
+    assert "does not say its rate" in said and "--fps" in said
+
+
+def test_links_in_the_documents_lead_somewhere():
+    for path in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")]:
+        for link in re.findall(r"\]\(([^)#:]+)\)", path.read_text(encoding="utf-8")):
+            assert (path.parent / link).exists(), f"{path.name}: {link}"
+
+
+def test_examples_in_the_help_parse(capsys):
+    import inspect as python
+
+    import tyro
+
+    for name, main in COMMANDS.items():
+        arguments = python.getmodule(main).Arguments
+        examples = [line.strip() for line in arguments.__doc__.splitlines() if line.strip().startswith(f"{name} ")]
+        assert examples, name
+        for line in examples:
+            tyro.cli(arguments, args=shlex.split(line)[1:], config=(tyro.conf.OmitArgPrefixes,))

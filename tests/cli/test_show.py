@@ -1,6 +1,7 @@
 """Recordings: whole, small, with what they promise inside."""
 
 from cli.show import save_retargeting
+from robot_models import load_robot
 
 
 def test_a_recording_holds_source_targets_robot_contacts_and_curves(groove, tmp_path):
@@ -21,3 +22,15 @@ def test_a_recording_holds_source_targets_robot_contacts_and_curves(groove, tmp_
     minutes = groove.reference.duration_s / 60
     assert len(data) / 1e6 < 1.5 + 8.0 * minutes  # the size that the README promises
     assert rr.__version__.startswith("0.41")
+
+
+def test_the_ghost_is_the_part_of_the_dance_that_the_rollout_follows(groove, tmp_path, monkeypatch):
+    import numpy as np
+
+    import cli.show
+
+    seen = {}
+    monkeypatch.setattr(cli.show, "_curves", lambda log, root, series, index: seen.update(series))
+    rollout = groove.reference.qpos[groove.reference.dance][:50]
+    cli.show.save_training(tmp_path / "t.rrd", load_robot("dancer"), groove.reference, rollout, {}, "# text")
+    assert np.abs(seen["body position error [mm]"]).max() < 1e-6

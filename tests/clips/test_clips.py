@@ -1,6 +1,8 @@
 """Clips and references as types: checked at the door, kept by files, resampled by time."""
 
 import dataclasses
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -157,3 +159,19 @@ def test_an_output_is_whole_or_absent(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
     with pytest.raises(OutputError, match="takes no file"), write_whole(tmp_path / "no" / "out.bin"):
         pass
+
+
+@pytest.mark.parametrize("start, end", [(-1.0, None), (0.0, -1.0), (3.0, 2.0), (99.0, None), (float("nan"), None)])
+def test_a_cut_outside_the_clip_is_refused(clip, start, end):
+    with pytest.raises(ClipError, match="inside the clip"):
+        cut(clip, start, end)
+
+
+def test_arrays_of_another_shape_are_refused_outside_the_test_run_too():
+    code = (
+        "import dataclasses, clips;"
+        f"clip = clips.read_clip({str(SAMPLES / 'groove.bvh')!r});"
+        "dataclasses.replace(clip, orientations=clip.orientations[:10])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=SAMPLES.parent.parent)
+    assert "ClipError" in run.stderr and "orientations of shape (10, 21, 4)" in run.stderr

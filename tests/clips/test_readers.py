@@ -396,3 +396,125 @@ def test_the_left_limbs_are_found_in_every_naming_custom(names):
     assert order == sorted(order) and len(set(order)) == 3  # every custom lists its chains outwards
     assert legs == sorted(legs) and len(set(legs)) == 3
     assert "Collar" not in found["left_shoulder"] and "Clavicle" not in found["left_shoulder"]
+
+
+@pytest.mark.parametrize("order", ["xyzw", "wxyz"])
+@pytest.mark.parametrize("yaw", [0.0, np.pi / 2, np.pi])
+def test_a_robot_that_stands_still_at_any_heading_is_read_right_or_not_at_all(tmp_path, motion, order, yaw):
+    motion[:, 3:7] = rot.from_yaw(np.full(90, yaw))
+    rows = motion.copy()
+    if order == "xyzw":
+        rows[:, 3:7] = rot.to_quat_xyzw(motion[:, 3:7])
+    path = write_rows(tmp_path / "m.csv", rows)
+    try:
+        clip = read_clip(path, ReadOptions(fps=30))
+    except ClipError as e:
+        assert e.option == "quat_order"
+        clip = read_clip(path, ReadOptions(fps=30, quat_order=order))
+    same(clip, motion)
+
+
+def test_a_dance_environment_header_that_begins_with_x_is_no_pickle(tmp_path):
+    robot = load_robot("dancer")
+    qpos = np.tile(robot.default_qpos, (30, 1))
+    header = ",".join(["x", "y", "z", "qw", "qx", "qy", "qz", *(f"dof_{n}_link" for n in robot.joint_names)]) + "\n"
+    same(read_clip(write_rows(tmp_path / "m.csv", qpos, header), ReadOptions(fps=50)), qpos)
+
+
+def test_a_robot_by_path_may_be_the_source(tmp_path, motion):
+    from robot_models.profile import PROFILES
+
+    (tmp_path / "g1.xml").write_text((PROFILES.parent / "assets" / "g1.xml").read_text())
+    text = (
+        (PROFILES / "g1.toml").read_text().replace("../assets/g1.xml", "g1.xml").replace('name = "g1"', 'name = "mine"')
+    )
+    (tmp_path / "mine.toml").write_text(text)
+    path = write_rows(tmp_path / "m.csv", motion)
+    clip = read_clip(path, ReadOptions(fps=30, robot=str(tmp_path / "mine.toml")))
+    assert clip.robot == "mine"
+
+
+def test_full_turns_are_taken_out_of_joint_angles_and_told(tmp_path, motion):
+    wrapped = motion.copy()
+    wrapped[40:, 9] += 2 * np.pi
+    wrapped[:, 12] -= 2 * np.pi
+    clip = read_clip(write_rows(tmp_path / "m.csv", wrapped), ReadOptions(fps=30, quat_order="wxyz"))
+    same(clip, motion)
+    assert any("full turns" in c for c in clip.source.conversions)
+
+
+def test_centimetres_in_a_robots_root_are_refused(tmp_path, motion):
+    motion[:, :3] *= 100
+    with pytest.raises(ClipError, match="soles .* m over the floor"):
+        read_clip(write_rows(tmp_path / "m.csv", motion), ReadOptions(fps=30, quat_order="wxyz"))
+
+
+def edited_times(change):
+    lines = (SAMPLES / "groove.csv").read_text().splitlines()
+    rows = [line.split(",") for line in lines[1:]]
+    at = rows[0].index("time")
+    times = np.array([float(r[at]) for r in rows[1:]])
+    for row, value in zip(rows[1:], change(times), strict=True):
+        row[at] = f"{value:.6f}"
+    return "\n".join(",".join(r) for r in rows)
+
+
+@pytest.mark.parametrize(
+    "change, match",
+    [
+        (lambda t: 1000 * t, "milliseconds"),
+        (lambda t: t + 2.0 * (t > 5), "nothing between"),
+    ],
+)
+def test_times_in_milliseconds_or_with_a_hole_are_refused(tmp_path, change, match):
+    (tmp_path / "p.csv").write_text(edited_times(change))
+    with pytest.raises(ClipError, match=match):
+        read_clip(tmp_path / "p.csv")
+
+
+def test_uneven_times_are_evened_for_points_and_refused_for_rotations(tmp_path, motion, rng):
+    (tmp_path / "p.csv").write_text(edited_times(lambda t: t + 0.004 * rng.uniform(-1, 1, len(t))))
+    clip = read_clip(tmp_path / "p.csv")
+    assert any("even grid" in f.value for f in clip.source.findings)
+    times = np.arange(90) / 30 + 0.01 * rng.uniform(0, 1, 90)
+    header = (
+        "time," + ",".join(f"c{i}" for i in range(7)) + "," + ",".join(f"dof_{j}" for j in load_robot("g1").joint_names)
+    )
+    path = write_rows(tmp_path / "m.csv", np.concatenate((times[:, None], motion), axis=1), header + "\n")
+    with pytest.raises(ClipError, match="uneven"):
+        read_clip(path)
+
+
+def test_a_lost_last_sample_is_refused(tmp_path):
+    lines = (SAMPLES / "groove.csv").read_text().splitlines()
+    at = lines[1].split(",").index("left_wrist_x")
+    cells = lines[-1].split(",")
+    cells[at : at + 3] = ["", "", ""]
+    (tmp_path / "p.csv").write_text("\n".join([*lines[:-1], ",".join(cells)]))
+    with pytest.raises(ClipError, match="no data from"):
+        read_clip(tmp_path / "p.csv")
+
+
+BROKEN_NPZ = {
+    "no quaternions": {"body_quat_w": None},
+    "flat joints": {"joint_pos": np.zeros(90, dtype=np.float32)},
+    "fewer frames": {"joint_pos": np.zeros((10, 29), dtype=np.float32)},
+    "text for a rate": {"fps": np.array("fast")},
+    "text for joints": {"joint_pos": np.full((90, 29), "x")},
+    "two axes of bodies": {"body_pos_w": np.zeros((90, 90), dtype=np.float32)},
+}
+
+
+@pytest.mark.parametrize("what", BROKEN_NPZ)
+def test_broken_archives_are_refused_without_a_traceback(tmp_path, motion, what):
+    data = bodies(motion, load_robot("g1").joint_names, list(range(30))) | BROKEN_NPZ[what]
+    np.savez(tmp_path / "m.npz", **{k: v for k, v in data.items() if v is not None})
+    with pytest.raises(ClipError):
+        read_clip(tmp_path / "m.npz")
+
+
+@pytest.mark.parametrize("fps", ["fast", [], None])
+def test_a_pickle_with_a_broken_rate_is_refused(tmp_path, motion, fps):
+    (tmp_path / "m.pkl").write_bytes(pickle.dumps(gmr(motion) | {"fps": fps}))
+    with pytest.raises(ClipError, match="fps|frame rate"):
+        read_clip(tmp_path / "m.pkl")

@@ -128,3 +128,28 @@ def test_it_learns(reference, tmp_path):
     config = TrainConfig(steps=250_000, evaluate_every=125_000, rollouts=32)
     run = train(load_robot("dancer"), reference, "abc", tmp_path / "r", config)
     assert run.curves[-1]["survived_s"] > 1.3 * run.curves[0]["survived_s"]
+
+
+def test_a_diverged_run_keeps_its_last_good_checkpoint(reference, tmp_path, monkeypatch):
+    real, count = Trainer.iterate, iter(range(100))
+
+    def poisoned(self, rate):
+        result = real(self, rate)
+        if next(count) < 4:
+            return result
+        with torch.no_grad():
+            next(iter(self.actor.parameters())).fill_(float("nan"))
+        return dataclasses.replace(result, losses={"value": float("nan")})
+
+    monkeypatch.setattr(Trainer, "iterate", poisoned)
+    with pytest.raises(TrackingError, match="not finite"):
+        train(load_robot("dancer"), reference, "abc", tmp_path / "r", CONFIG)
+    kept = load_checkpoint(tmp_path / "r" / "checkpoint.pt")["algorithm"]["actor_state_dict"]
+    assert all(torch.isfinite(v).all() for v in kept.values())
+
+
+def test_a_finished_run_resumed_does_not_train_on(reference, tmp_path):
+    robot = load_robot("dancer")
+    first = train(robot, reference, "abc", tmp_path / "r", CONFIG)
+    again = train(robot, reference, "abc", tmp_path / "r", CONFIG, resume=True)
+    assert again.steps == first.steps
