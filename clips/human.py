@@ -10,6 +10,7 @@ from numpy import ndarray
 
 from clips.clip import REQUIRED, HumanClip
 from clips.errors import ClipError
+from clips.runs import runs_of
 from clips.skeleton import find_landmarks, find_unit, leg_lengths, stature
 from clips.source import Finding, RawFile, ReadOptions
 from robot_models import rotation as rot
@@ -163,9 +164,3 @@ def _fill_gaps(positions: ndarray, names: Sequence[str], fps: float, where: str)
         for axis in range(3):
             filled[lost[:, k], k, axis] = np.interp(frames[lost[:, k]], frames[seen], positions[seen, k, axis])
     return filled, int(lost.sum())
-
-
-def runs_of(mask: ndarray) -> list[tuple[int, int]]:
-    """Half-open index ranges where the mask is true."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(int), [0]))))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

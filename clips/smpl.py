@@ -1,7 +1,7 @@
 """SMPL, SMPL-H and SMPL-X poses on the mean skeleton: no body model is needed, and none is shipped.
 
-Offsets of the mean neutral shape, from the MJCF humanoid of ZhengyiLuo/PHC. A file's own `betas` only set the
-stature where the user states it; bone proportions stay those of the mean person, and the clip's source says so.
+Offsets of the mean neutral shape, from the MJCF humanoid of ZhengyiLuo/PHC. A file's `betas` are not applied: bone
+proportions stay those of the mean person, scaled to the stature where the user states one; the clip's source says so.
 """
 
 from __future__ import annotations

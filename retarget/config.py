@@ -11,7 +11,8 @@ from retarget.errors import RetargetError
 class ContactConfig:
     """When a foot edge counts as touching, on the source's own points.
 
-    A touch lasts while the loose pair holds, and must hold the tight pair for the shortest duration within.
+    A touch lasts while the loose pair holds, and must hold the tight pair for the shortest duration within. The report
+    has a fixed rule of its own, so that these numbers cannot flatter it.
     """
 
     tight_speed: float = 0.25  # [m/s]

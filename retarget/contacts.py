@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import HumanClip
-from clips.human import runs_of
+from clips.runs import runs_of
 from retarget.config import ContactConfig
 from robot_models import FEET, rotation
 
@@ -20,7 +20,6 @@ class Contacts:
 
     touching: Bool[ndarray, "T 4"]
     pivoting: Bool[ndarray, "T 2"]  # per foot: touching and turning faster than a planted foot would
-    airborne: Bool[ndarray, "T"]  # no edge near its floor
 
 
 def find_contacts(clip: HumanClip, config: ContactConfig) -> Contacts:
@@ -37,7 +36,6 @@ def find_contacts(clip: HumanClip, config: ContactConfig) -> Contacts:
     return Contacts(
         touching=touching,
         pivoting=np.stack([_close(turning[:, s] & both[:, s], shortest) for s in range(2)], axis=1) & both,
-        airborne=(height > config.tight_height).all(axis=1),
     )
 
 

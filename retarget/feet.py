@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import FREE, PIVOTING, PLANTED, HumanClip
-from clips.human import runs_of
+from clips.runs import runs_of
 from retarget.body import foot_frames
 from retarget.contacts import Contacts
 from retarget.smooth import smooth

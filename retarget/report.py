@@ -14,8 +14,8 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import HumanClip, Reference
-from clips.human import runs_of
 from clips.resample import new_times, sample
+from clips.runs import runs_of
 from retarget.config import Gates
 from retarget.contacts import edge_points, foot_yaw_rate
 from retarget.targets import LIMBS

@@ -33,7 +33,7 @@ def build_robot(profile: RobotProfile) -> RobotModel:
         for key in ("kp", "kd", "armature", "damping")
     }
     _dress(spec, profile)
-    _actuate(spec, joint_names, tables["kp"], tables["kd"])
+    _actuate(spec, joint_names, tables["kp"], tables["kd"], profile.imu)
     for name, armature, damping in zip(joint_names, tables["armature"], tables["damping"], strict=True):
         spec.joint(name).armature = armature
         spec.joint(name).damping[0] = damping
@@ -79,8 +79,8 @@ def _dress(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
         spec.add_exclude(bodyname1=_body(spec, a, where).name, bodyname2=_body(spec, b, where).name)
 
 
-def _actuate(spec: mujoco.MjSpec, joint_names: tuple[str, ...], kp: np.ndarray, kd: np.ndarray) -> None:
-    """One PD servo per joint, in joint order: MuJoCo's actuator order is the order of creation."""
+def _actuate(spec: mujoco.MjSpec, joint_names: tuple[str, ...], kp: np.ndarray, kd: np.ndarray, imu: str) -> None:
+    """One PD servo per joint, in joint order (MuJoCo's actuator order is the order of creation), and the gyro."""
     import mujoco
 
     for actuator in list(spec.actuators):
@@ -91,9 +91,14 @@ def _actuate(spec: mujoco.MjSpec, joint_names: tuple[str, ...], kp: np.ndarray, 
         actuator.forcelimited = True
     spec.option.timestep = 0.005
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    if not any(s.name == "imu" for s in spec.sites):
-        spec.worldbody.first_body().add_site(name="imu")
-    spec.add_sensor(name="gyro", type=mujoco.mjtSensor.mjSENS_GYRO, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="imu")
+    site = imu or "imu"
+    if not any(s.name == site for s in spec.sites):
+        if imu:
+            raise RobotError(
+                "tracking.imu", found=f"no site '{imu}' in the model file", expected="an existing site, or no entry"
+            )
+        spec.worldbody.first_body().add_site(name=site)
+    spec.add_sensor(name="gyro", type=mujoco.mjtSensor.mjSENS_GYRO, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
 
 
 def _limits(spec: mujoco.MjSpec, profile: RobotProfile, joint_names: tuple[str, ...], key: str) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -105,7 +105,6 @@ class RobotProfile:
     imu: str  # site of the gyro
     csv_columns: tuple[str, ...]  # joint column names of the robot's own CSV, in file order
     variants: Mapping[str, tuple[str, ...]]  # name -> patterns of joints that this variant of the robot lacks
-    notes: str = field(default="")
 
 
 def spread(table: Mapping[str, float], joint_names: Sequence[str], *, where: str, cover: bool = True) -> list[float]:
@@ -179,7 +178,6 @@ def _parse(data: dict[str, Any], path: Path) -> RobotProfile:
         imu=data["tracking"].get("imu", ""),
         csv_columns=tuple(data.get("csv_columns", ())),
         variants={k: tuple(v) for k, v in data.get("variants", {}).items()},
-        notes=data.get("notes", ""),
     )
 
 

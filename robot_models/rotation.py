@@ -91,10 +91,9 @@ def continuous(q: Float[ndarray, "T ... 4"]) -> Float[ndarray, "T ... 4"]:
     return np.concatenate((q[:1], q[1:] * np.cumprod(flips, axis=0)), axis=0)
 
 
-def mean(q: Float[ndarray, "N 4"], weights: Float[ndarray, "N"] | None = None) -> Float[ndarray, "4"]:
+def mean(q: Float[ndarray, "N 4"]) -> Float[ndarray, "4"]:
     """The rotation nearest to all: top eigenvector of the sum of q q^T (Markley et al. 2007, eq. 12)."""
-    w = np.ones(len(q)) if weights is None else weights
-    return np.asarray(np.linalg.eigh((q * w[:, None]).T @ q)[1][:, -1])
+    return np.asarray(np.linalg.eigh(q.T @ q)[1][:, -1])
 
 
 def from_matrix(m: Float[ndarray, "... 3 3"]) -> Float[ndarray, "... 4"]:

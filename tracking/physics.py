@@ -67,7 +67,6 @@ class PhysicsBatch:
         # Of the full physics state [time, qpos, qvel, ...] all that has memory here is time, qpos and qvel.
         self._nq, self._nv = int(model.nq), int(model.nv)
         self.state = np.zeros((len(self._models), size))
-        self._warm = np.zeros((len(self._models), self._nv))
         self._out = np.zeros((len(self._models), self.substeps, size))
         self._sensors = np.zeros((len(self._models), self.substeps, model.nsensordata))
         self._controls = np.zeros((len(self._models), self.substeps, model.nu))

@@ -84,8 +84,11 @@ def test_a_reference_comes_back_bit_for_bit(groove, groove_file):
     assert loaded.meta["segment_names"] == ["lead-in", "dance", "lead-out"]
 
 
-def test_the_same_clip_gives_the_same_bytes(groove, groove_file, tmp_path):
-    save_reference(groove.reference, tmp_path / "again.npz")
+def test_the_same_clip_gives_the_same_bytes(groove_file, tmp_path):
+    from retarget import retarget
+
+    again = retarget(cut(read_clip(SAMPLES / "groove.bvh"), 0.0, 4.0), load_robot("dancer"))
+    save_reference(again.reference, tmp_path / "again.npz")
     assert (tmp_path / "again.npz").read_bytes() == groove_file.read_bytes()
 
 
