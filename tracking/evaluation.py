@@ -12,7 +12,7 @@ from numpy import ndarray
 from clips import Reference
 from robot_models import RobotModel
 from tracking.config import TaskConfig
-from tracking.task import TrackingTask
+from tracking.task import StepResult, TrackingTask
 
 Policy = Callable[[Float[ndarray, "N A"]], Float[ndarray, "N J"]]  # observations -> mean actions
 _Z95 = 1.96
@@ -64,47 +64,58 @@ def evaluate(
     """
     task = TrackingTask(robot=robot, reference=reference, envs=rollouts, config=config, seed=seed, threads=threads)
     dance = reference.dance
-    task.reset(np.arange(rollouts), np.full(rollouts, dance.start))
-    alive = np.ones(rollouts, dtype=bool)
-    lasted = np.zeros(rollouts)
-    sums = np.zeros(3)
-    causes: dict[str, int] = {}
-    path = [task.physics.qpos.copy()]
     steps = dance.stop - 1 - dance.start
+    task.reset(np.arange(rollouts), np.full(rollouts, dance.start))
+    tally = _Tally(rollouts)
+    path = [task.physics.qpos.copy()]
     for done in range(steps):
-        result = task.step(policy(task.observe()[0]))
-        for name, failed in result.causes.items():
-            causes[name] = causes.get(name, 0) + int((failed & alive).sum())
-        alive &= ~result.terminated
-        lasted += alive
-        joints = np.abs(task.physics.qpos[:, 7:] - task.tables.joint_pos[task.frame])
-        sums += [
-            np.linalg.norm(result.errors.body_pos, axis=-1).mean(axis=1)[alive].sum(),
-            np.linalg.norm(result.errors.anchor_pos, axis=-1)[alive].sum(),
-            joints.mean(axis=1)[alive].sum(),
-        ]
+        tally.add(
+            task.step(policy(task.observe()[0])), np.abs(task.physics.qpos[:, 7:] - task.tables.joint_pos[task.frame])
+        )
         path.append(task.physics.qpos.copy())
         if progress is not None:
             progress(done + 1, steps)
-        if not alive.any():
+        if not tally.alive.any():
             break
     task.physics.close()
-    best = int(np.argmax(lasted))
-    low, high = wilson(int(alive.sum()), rollouts)
-    body, drift, joint = sums / max(1.0, lasted.sum())
-    return Evaluation(
-        rollouts=rollouts,
-        finished=float(alive.mean()),
-        finished_low=low,
-        finished_high=high,
-        survived_s=float(lasted.mean() * task.dt),
-        duration_s=steps * task.dt,
-        body_error_mm=1e3 * float(body),
-        global_error_mm=1e3 * float(drift),
-        joint_error_rad=float(joint),
-        causes=causes,
-        best=np.stack(path)[: int(lasted[best]) + 1, best],
-    )
+    return tally.result(task.dt, steps, np.stack(path))
+
+
+class _Tally:
+    """Counts of rollouts that go on until each has failed; errors count while a rollout is alive."""
+
+    def __init__(self, rollouts: int) -> None:
+        self.alive = np.ones(rollouts, dtype=bool)
+        self._lasted = np.zeros(rollouts)
+        self._sums = np.zeros(3)  # body, drift, joint errors over all living steps
+        self._causes: dict[str, int] = {}
+
+    def add(self, result: StepResult, joint_error: Float[ndarray, "N J"]) -> None:
+        for name, failed in result.causes.items():
+            self._causes[name] = self._causes.get(name, 0) + int((failed & self.alive).sum())
+        self.alive &= ~result.terminated
+        self._lasted += self.alive
+        body = np.linalg.norm(result.errors.body_pos, axis=-1).mean(axis=1)
+        drift = np.linalg.norm(result.errors.anchor_pos, axis=-1)
+        self._sums += [e[self.alive].sum() for e in (body, drift, joint_error.mean(axis=1))]
+
+    def result(self, dt: float, steps: int, path: Float[ndarray, "T N nq"]) -> Evaluation:
+        best = int(np.argmax(self._lasted))
+        low, high = wilson(int(self.alive.sum()), len(self.alive))
+        body, drift, joint = self._sums / max(1.0, self._lasted.sum())
+        return Evaluation(
+            rollouts=len(self.alive),
+            finished=float(self.alive.mean()),
+            finished_low=low,
+            finished_high=high,
+            survived_s=float(self._lasted.mean() * dt),
+            duration_s=steps * dt,
+            body_error_mm=1e3 * float(body),
+            global_error_mm=1e3 * float(drift),
+            joint_error_rad=float(joint),
+            causes=self._causes,
+            best=path[: int(self._lasted[best]) + 1, best],
+        )
 
 
 def wilson(successes: int, trials: int) -> tuple[float, float]:

@@ -38,6 +38,11 @@ _OPENERS: dict[bytes, Callable[[io.BytesIO], IO[bytes]]] = {
 # joblib's default. The second byte tells zlib from a text that begins with an x.
 _ZLIB = (b"\x78\x01", b"\x78\x5e", b"\x78\x9c", b"\x78\xda")
 
+_BROKEN = (
+    pickle.UnpicklingError, EOFError, ValueError, KeyError, IndexError, TypeError, AttributeError, OSError, zlib.error,
+    lzma.LZMAError,
+)  # fmt: skip
+
 
 def recognises(raw: RawFile) -> bool:
     """A pickle of protocol 2 or later, bare or compressed by joblib."""
@@ -80,10 +85,20 @@ def load(raw: RawFile) -> Any:
     Raises:
         ClipError: the pickle names anything but numpy arrays and plain containers, or is broken.
     """
+    try:
+        return _plain_unpickler(raw).load()
+    except ClipError:
+        raise
+    except _BROKEN as e:
+        raise ClipError(raw.name, found=f"a broken pickle ({e})", expected="a whole one") from e
+
+
+def _plain_unpickler(raw: RawFile) -> Any:
+    """joblib's unpickler with an allow-list."""
     from joblib import numpy_pickle
 
     class ArrayOnly(numpy_pickle.NumpyArrayWrapper):  # type: ignore[misc]
-        """joblib's array wrapper, which would unpickle object arrays freely."""
+        """joblib's array wrapper, which would unpickle object arrays."""
 
         def read_array(self, unpickler: Any, *args: Any, **kwargs: Any) -> ndarray:
             if self.dtype.hasobject:
@@ -91,7 +106,7 @@ def load(raw: RawFile) -> Any:
             return np.asarray(super().read_array(unpickler, *args, **kwargs))
 
     class Plain(numpy_pickle.NumpyUnpickler):  # type: ignore[misc]
-        """Unpickler with an allow-list."""
+        """Refuses every name that is not on the list before it is called."""
 
         def find_class(self, module: str, name: str) -> Any:
             if (module, name) == ("joblib.numpy_pickle", "NumpyArrayWrapper"):
@@ -101,27 +116,12 @@ def load(raw: RawFile) -> Any:
             if (module, name) in _ALLOWED:
                 return super().find_class(module, name)
             raise ClipError(
-                raw.name, found=f"a pickle that wants to call {module}.{name}", expected="numpy arrays and plain containers",
+                raw.name, found=f"a pickle that wants to call {module}.{name}",
+                expected="numpy arrays and plain containers",
                 cure="do not open it elsewhere unless you trust whoever made it",
             )  # fmt: skip
 
-    try:
-        return Plain(str(raw.path), io.BytesIO(_unpacked(raw)), ensure_native_byte_order=True).load()
-    except ClipError:
-        raise
-    except (
-        pickle.UnpicklingError,
-        EOFError,
-        ValueError,
-        KeyError,
-        IndexError,
-        TypeError,
-        AttributeError,
-        OSError,
-        zlib.error,
-        lzma.LZMAError,
-    ) as e:
-        raise ClipError(raw.name, found=f"a broken pickle ({e})", expected="a whole one") from e
+    return Plain(str(raw.path), io.BytesIO(_unpacked(raw)), ensure_native_byte_order=True)
 
 
 def _unpacked(raw: RawFile) -> bytes:
