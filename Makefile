@@ -4,13 +4,16 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check -q
 OUT    ?= out
+# Where the package index gives a CUDA build of torch, its makers' index of CPU builds saves gigabytes:
+# make demo TORCH="torch==2.13.0 --index-url https://download.pytorch.org/whl/cpu"
+TORCH  ?= torch==2.13.0
 
 .PHONY: demo test test-slow check wheel clean
 
 $(VENV)/base: pyproject.toml tested-versions.txt
 	$(PYTHON) -m venv $(VENV)
-	@# torch first and by its exact version: a range would bring another build, with gigabytes of CUDA.
-	$(PIP) install -c tested-versions.txt torch==2.13.0
+	@# torch first and by its exact version: a range, or another package's need, may bring another build.
+	$(PIP) install -c tested-versions.txt $(TORCH)
 	$(PIP) install -c tested-versions.txt -e '.[train]'
 	@touch $@
 
