@@ -4,7 +4,6 @@ import os
 from pathlib import Path
 
 os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")
-os.environ.setdefault("MUJOCO_GL", "egl")
 
 from jaxtyping import install_import_hook
 
