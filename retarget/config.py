@@ -28,8 +28,10 @@ class ContactConfig:
 class IkWeights:
     """Costs of the per-frame IK: per metre for positions, per radian for orientations."""
 
-    foot_position: float = 30.0
-    foot_orientation: float = 6.0
+    foot_position: float = 20.0  # of a touching foot
+    foot_orientation: float = 3.0
+    swing_position: float = 5.0  # of a swinging one: the legs' directions matter more than its exact path
+    swing_orientation: float = 0.5
     pelvis_position: float = 4.0
     pelvis_orientation: float = 2.0
     torso_orientation: float = 2.0

@@ -23,6 +23,7 @@ from robot_models import rotation as rot
 from robot_models.surface import lowest_point
 
 _RAMP_S = 0.12  # time in which a foot leaves its flat pose towards the source's pitch
+_EASE_S = 0.16  # time in which a swinging foot takes up the source's motion
 _TOUCH = 1e-3  # depths below this are the solver's rounding [m]
 _LONG_SWING_S = 1.0  # beyond this a swing forgets its anchors on the way
 _Z = np.array([0.0, 0.0, 1.0])
@@ -54,6 +55,17 @@ def foot_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, scale: 
         contact=_labels(contacts),
         shift=np.stack([p[2] for p in poses], axis=1),
     )
+
+
+def planted_share(feet: FootTargets, fps: float) -> Float[ndarray, "T 2"]:
+    """1 while a foot touches, falling smoothly to 0 in its swing: how firmly the solver shall hold it."""
+    share = np.zeros((len(feet.pos), 2))
+    for k in range(2):
+        held = np.flatnonzero((feet.contact[:, 2 * k : 2 * k + 2] != FREE).any(axis=1))
+        if len(held):
+            away = np.abs(np.arange(len(share))[:, None] - held[None]).min(axis=1)
+            share[:, k] = 1.0 - smoothstep(away / (_EASE_S * fps + 1.0))
+    return share
 
 
 def lifted(feet: FootTargets, robot: RobotModel, qpos: Float[ndarray, "T nq"], fps: float) -> FootTargets:
@@ -112,6 +124,7 @@ def _one_foot(
     new_pos = pos + _spread(locked_pos - pos, locked, clip.fps)
     turn = rot.log(rot.multiply(locked_quat, rot.conjugate(quat)))
     new_quat = rot.multiply(rot.exp(_spread(turn, locked, clip.fps)), quat)
+    new_pos, new_quat = _eased_off(new_pos, new_quat, locked_pos, locked_quat, locked & ~pivot, clip.fps)
     new_quat[pivot] = rot.from_yaw(rot.yaw(new_quat[pivot]))
     new_pos[pivot, 2] = -sole.z
     shift = new_pos[:, :2] - pos[:, :2]
@@ -173,6 +186,17 @@ def _spread(difference: ndarray, locked: ndarray, fps: float) -> ndarray:
         if after is not None:
             out[a:b] += (1.0 - smoothstep(steps[::-1] / (fade + 1)))[:, None] * after
     return out
+
+
+def _eased_off(
+    pos: ndarray, quat: ndarray, locked_pos: ndarray, locked_quat: ndarray, locked: ndarray, fps: float
+) -> tuple[ndarray, ndarray]:
+    """Swings that leave and meet their stances at rest: a source is called touching while it still moves a little."""
+    held = np.flatnonzero(locked)
+    nearest = held[np.abs(np.arange(len(pos))[:, None] - held[None]).argmin(axis=1)]
+    w = smoothstep(np.abs(np.arange(len(pos)) - nearest) / (_EASE_S * fps + 1.0))
+    eased = locked_pos[nearest] + w[:, None] * (pos - locked_pos[nearest])
+    return eased, rot.slerp(locked_quat[nearest], quat, w)
 
 
 def smoothstep(t: Float[ndarray, "..."]) -> Float[ndarray, "..."]:

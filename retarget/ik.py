@@ -16,7 +16,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from retarget.config import IkConfig
-from retarget.feet import FootTargets
+from retarget.feet import FootTargets, planted_share
 from retarget.targets import Targets
 from robot_models import FEET, RobotModel
 from robot_models.build import BODY_BIT
@@ -99,6 +99,7 @@ class _Solver:
         self._limit = mink.ConfigurationLimit(model, gain=1.0)
         self._clearance: list[mink.CollisionAvoidanceLimit] = []
         self._frames: list[tuple[mink.FrameTask, ndarray, ndarray]] = []
+        self._costs: dict[mink.FrameTask, ndarray] = {}  # (T, 2) position and orientation cost, frame by frame
         self._segments: list[tuple[SegmentTask, ndarray]] = []
 
     def add(self, landmark: str, position_cost: float, turn_cost: float, pos: ndarray, quat: ndarray) -> None:
@@ -117,10 +118,13 @@ class _Solver:
         self._segments.append((SegmentTask(first, last, cost), np.asarray(vector)))
 
     def add_feet(self, feet: FootTargets) -> None:
-        """Goals for both feet."""
-        w = self._config.weights
+        """Goals for both feet, firm while they touch."""
+        w, share = self._config.weights, planted_share(feet, self._fps)
         for k, side in enumerate(FEET):
             self.add(f"{side}_foot", w.foot_position, w.foot_orientation, feet.pos[:, k], feet.quat[:, k])
+            position = w.swing_position + share[:, k] * (w.foot_position - w.swing_position)
+            turn = w.swing_orientation + share[:, k] * (w.foot_orientation - w.swing_orientation)
+            self._costs[self._frames[-1][0]] = np.stack((position, turn), axis=1)
 
     def avoid(self, pairs: list[tuple[int, int]]) -> None:
         """Keep these pairs of primitives apart: those that would touch are few, and testing all would cost most."""
@@ -149,6 +153,9 @@ class _Solver:
         for t in range(frames):
             self._bound(qpos[t - 1] if t else None)
             posture.set_target(rest[t])
+            for task, costs in self._costs.items():
+                task.set_position_cost(costs[t, 0])
+                task.set_orientation_cost(costs[t, 1])
             for task, pos, quat in self._frames:
                 task.set_target(mink.SE3(wxyz_xyz=np.concatenate((quat[t], pos[t]))))
             for segment, vector in self._segments:
