@@ -6,6 +6,7 @@ import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -53,14 +54,15 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Load, check, roll out, report."""
-    from tracking import evaluate, evaluation_task, onnx_policy
+    from tracking import check_contract, evaluate, evaluation_task, onnx_policy
 
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
     console = Console(highlight=False)
     robot = load_robot(args.robot or load_reference(args.ref).robot)
     reference = load_reference(args.ref, robot)
-    _check_contract(args.bundle / "contract.json", args.ref)
+    sha = hashlib.sha256(args.ref.read_bytes()).hexdigest()
+    check_contract(_contract(args.bundle / "contract.json"), robot, TaskConfig(), sha)
     with progress("steps") as tell:
         result = evaluate(
             onnx_policy(args.bundle / "policy.onnx"), robot, reference,
@@ -86,14 +88,9 @@ def run(args: Arguments) -> int:
     return DONE if result.finished >= GATE else BELOW_GATE
 
 
-def _check_contract(path: Path, reference: Path) -> None:
+def _contract(path: Path) -> dict[str, Any]:
     try:
-        contract = json.loads(path.read_text(encoding="utf-8"))
+        told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return told
     except (OSError, ValueError) as e:
         raise TrackingError(str(path), found="no contract", expected="a bundle folder that dance-train wrote") from e
-    sha = hashlib.sha256(reference.read_bytes()).hexdigest()
-    if contract.get("reference_sha256") != sha:
-        raise TrackingError(
-            str(reference), found=f"reference {sha[:12]}", expected=f"{str(contract.get('reference_sha256'))[:12]}, "
-            "which the policy was trained on", cure="give that file",
-        )  # fmt: skip

@@ -13,7 +13,7 @@ from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
     from tracking.evaluation import Evaluation, evaluate, evaluation_task
-    from tracking.export import export_bundle, onnx_policy
+    from tracking.export import check_contract, export_bundle, onnx_policy
     from tracking.gym_env import DanceTrackingEnv
     from tracking.task import TrackingTask
     from tracking.training import Run, train
@@ -22,6 +22,7 @@ _HOME = {
     "Evaluation": "tracking.evaluation",
     "evaluate": "tracking.evaluation",
     "evaluation_task": "tracking.evaluation",
+    "check_contract": "tracking.export",
     "export_bundle": "tracking.export",
     "onnx_policy": "tracking.export",
     "DanceTrackingEnv": "tracking.gym_env",
@@ -42,6 +43,7 @@ __all__ = [
     "TrackingError",
     "TrackingTask",
     "TrainConfig",
+    "check_contract",
     "evaluate",
     "evaluation_task",
     "export_bundle",

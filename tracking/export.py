@@ -13,6 +13,8 @@ import numpy as np
 import torch
 
 from clips.files import write_whole
+from robot_models import RobotModel
+from tracking.config import TaskConfig
 from tracking.errors import TrackingError
 from tracking.evaluation import Policy
 from tracking.task import TrackingTask
@@ -99,6 +101,36 @@ def contract(task: TrackingTask, reference_sha256: str) -> dict[str, Any]:
         "delay_trained_with_s": 0.0,
         "versions": {p: version(p) for p in ("torch", "rsl-rl-lib", "mujoco", "onnx", "numpy")},
     }
+
+
+def check_contract(told: dict[str, Any], robot: RobotModel, config: TaskConfig, reference_sha256: str) -> None:
+    """Refuse to run a policy on anything but what it was trained for.
+
+    Raises:
+        TrackingError: another reference, robot, joint order, gain, action scale or observation than the contract's.
+    """
+    now = {
+        "reference_sha256": reference_sha256,
+        "robot_hash": robot.hash,
+        "joint_names": list(robot.joint_names),
+        "kp": robot.kp.tolist(),
+        "kd": robot.kd.tolist(),
+        "effort": robot.effort.tolist(),
+        "action_scale": (config.action_scale * robot.effort / robot.kp).tolist(),
+        "default_joint_pos": robot.default_joint_pos.tolist(),
+        "look_ahead": list(config.look_ahead),
+    }
+    for key, value in now.items():
+        if told.get(key) != value:
+            raise TrackingError(
+                f"contract, {key}", found=_short(told.get(key)), expected=f"{_short(value)}, as it is now",
+                cure="use the reference and robot that the policy was trained with, or train again",
+            )  # fmt: skip
+
+
+def _short(value: object) -> str:
+    text = str(value)
+    return text if len(text) < 60 else f"{text[:57]}..."
 
 
 def _write_onnx(actor: Any, size: int, path: Path) -> None:

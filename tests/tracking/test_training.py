@@ -153,3 +153,17 @@ def test_a_finished_run_resumed_does_not_train_on(reference, tmp_path):
     first = train(robot, reference, "abc", tmp_path / "r", CONFIG)
     again = train(robot, reference, "abc", tmp_path / "r", CONFIG, resume=True)
     assert again.steps == first.steps
+
+
+@pytest.mark.parametrize("key", ["kp", "joint_names", "action_scale", "look_ahead", "robot_hash", "reference_sha256"])
+def test_a_contract_that_does_not_fit_is_refused_by_the_number_that_differs(reference, key):
+    from tracking import TaskConfig, check_contract
+
+    one = trainer(reference)
+    told = json.loads(json.dumps(contract(one.task, "abc")))
+    check_contract(told, one.task.robot, TaskConfig(), "abc")
+    told[key] = (
+        told[key][::-1] if key == "joint_names" else 1.0 if isinstance(told[key], str) else [1.0] * len(told[key])
+    )
+    with pytest.raises(TrackingError, match=f"contract, {key}"):
+        check_contract(told, one.task.robot, TaskConfig(), "abc")
