@@ -93,6 +93,18 @@ def _levels(robot: RobotModel) -> tuple[_Level, ...]:
     )
 
 
+def joint_axes(
+    robot: RobotModel, qpos: Float[ndarray, "T nq"]
+) -> tuple[Float[ndarray, "T B 3"], Float[ndarray, "T B 4"], Float[ndarray, "T J 3"], Float[ndarray, "T J 3"]]:
+    """Body positions and orientations, and each joint's axis and anchor, all in the world."""
+    pos, quat, axes = _poses(robot, qpos)
+    anchors = pos[:, 1:].copy()
+    for level in _levels(robot):
+        if level.anchors.any():
+            anchors[:, level.joints] += rot.rotate(quat[:, level.bodies], level.anchors)
+    return pos, quat, axes[:, 1:], anchors
+
+
 def _poses(robot: RobotModel, qpos: Float[ndarray, "N nq"]) -> tuple[ndarray, ndarray, ndarray]:
     """Positions, orientations and world joint axes of all bodies, level by level down the tree."""
     count = len(qpos)

@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models.errors import RobotError
@@ -84,6 +84,35 @@ class RobotModel:
             # Rounded, so that another compiler's last bit does not make another robot; + 0.0 drops minus zeros.
             digest.update((np.round(np.asarray(array, dtype=float), 9) + 0.0).tobytes())
         return digest.hexdigest()
+
+    def ranges(self, margin: float) -> tuple[Float[ndarray, "J"], Float[ndarray, "J"]]:
+        """Position limits less a margin [rad], which is at most a tenth of a joint's range."""
+        inside = np.minimum(margin, 0.1 * (self.upper - self.lower))
+        return self.lower + inside, self.upper - inside
+
+    @cached_property
+    def acceleration(self) -> Float[ndarray, "J"]:
+        """What each motor can do with 0.8 of its effort against the inertia of the default pose [rad/s^2].
+
+        The diagonal of the joint-space inertia, armature included; no more than 400, beyond which the light joints'
+        numbers mean little.
+        """
+        import mujoco
+
+        data, inertia = mujoco.MjData(self.model), np.zeros((self.model.nv, self.model.nv))
+        data.qpos[:] = self.default_qpos
+        mujoco.mj_forward(self.model, data)
+        mujoco.mj_fullM(self.model, data, inertia)
+        return np.minimum(0.8 * self.effort / np.diag(inertia)[6:], 400.0)
+
+    @cached_property
+    def place_of_body(self) -> Int[ndarray, "nbody"]:
+        """For every body of the MuJoCo model its place in `body_names`: of the body it is fixed to; world: -1."""
+        places = np.full(self.model.nbody, -1)
+        own = {b: i for i, b in enumerate(self.body_ids)}
+        for body in range(1, self.model.nbody):  # parents come first
+            places[body] = own.get(body, places[self.model.body_parentid[body]])
+        return places
 
     @cached_property
     def leg_length(self) -> float:

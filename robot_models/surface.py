@@ -11,7 +11,7 @@ from numpy import ndarray
 
 from robot_models import rotation as rot
 from robot_models.build import BODY_BIT
-from robot_models.kinematics import forward_kinematics, sole_corners
+from robot_models.kinematics import sole_corners
 from robot_models.robot import RobotModel
 
 if TYPE_CHECKING:
@@ -64,18 +64,6 @@ def self_collision_depth(robot: RobotModel, qpos: Float[ndarray, "T nq"]) -> Flo
     MuJoCo's own collision pass: parents with their children and the profile's excluded pairs do not count.
     """
     return np.array([max((d for _, d in found), default=0.0) for found in _overlaps(robot, qpos)])
-
-
-def touching_pairs(robot: RobotModel, qpos: Float[ndarray, "T nq"]) -> list[tuple[int, int]]:
-    """Pairs of primitives (geom ids) that overlap in some frame; a primitive under the floor pairs with the floor."""
-    pairs = {pair for found in _overlaps(robot, qpos) for pair, _ in found}
-    pos, quat = forward_kinematics(robot, qpos)
-    floor, place = int(robot.model.geom("floor").id), {b: i for i, b in enumerate(robot.body_ids)}
-    for geom in body_geoms(robot):
-        body = place.get(int(robot.model.geom_bodyid[geom]))
-        if body is not None and _geom_bottom(robot.model, geom, pos[:, body], quat[:, body]).min() < 0.0:
-            pairs.add((floor, geom))
-    return sorted(pairs)
 
 
 def _overlaps(robot: RobotModel, qpos: ndarray) -> Iterator[list[tuple[tuple[int, int], float]]]:

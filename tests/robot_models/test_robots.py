@@ -264,3 +264,20 @@ def test_a_missing_package_is_refused_with_the_command_that_brings_it(tmp_path):
     (tmp_path / "mine.toml").write_text(text)
     with pytest.raises(RobotError, match="pip install"):
         load_robot(str(tmp_path / "mine.toml"))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_jacobians_are_the_derivatives_of_the_poses(name, rng):
+    from robot_models.jacobians import integrate, kinematics
+
+    robot = load_robot(name)
+    q, _ = random_state(robot, rng, 3)
+    q = np.repeat(q[:1], robot.model.nv, axis=0)
+    small = 1e-6 * np.eye(robot.model.nv)
+    before, after = kinematics(robot, integrate(q, -small)), kinematics(robot, integrate(q, small))
+    here = kinematics(robot, q[:1])
+    for body in (0, robot.landmark("left_foot"), robot.landmark("right_wrist")):
+        point = (after.pos[:, body] - before.pos[:, body]) / 2e-6
+        turn = rot.log(rot.multiply(after.quat[:, body], rot.conjugate(before.quat[:, body]))) / 2e-6
+        np.testing.assert_allclose(here.point_jacobian(body, here.pos[:, body])[0].T, point, atol=1e-7)
+        np.testing.assert_allclose(here.turn_jacobian(body)[0].T, turn, atol=1e-7)
