@@ -1,6 +1,7 @@
 """Recorded motion: read, recognise, check, resample; the `Clip` and `Reference` types and their files."""
 
 from clips.clip import Clip, HumanClip, RobotClip
+from clips.edit import at_speed, mirrored, warped, without_false_start
 from clips.errors import ClipError, ReferenceFileError
 from clips.files import OutputError
 from clips.joint_space import full_qpos
@@ -23,11 +24,15 @@ __all__ = [
     "Reference",
     "ReferenceFileError",
     "RobotClip",
+    "at_speed",
     "cut",
     "full_qpos",
     "load_reference",
     "make_reference",
+    "mirrored",
     "read_clip",
     "resample",
     "save_reference",
+    "warped",
+    "without_false_start",
 ]

@@ -85,12 +85,12 @@ class Reference:
 
     @property
     def dance(self) -> slice:
-        """Frames of the dance itself, between lead-in and lead-out."""
-        kinds = list(self.meta.get("segment_names", ()))
-        if "dance" not in kinds:
+        """Frames of the dance itself, between lead-in and lead-out; from the first to the last of several."""
+        kinds = np.array(self.meta.get("segment_names", ()))
+        dances = self.segments[np.flatnonzero(kinds == "dance")]
+        if not len(dances):
             return slice(0, self.frames)
-        start, end, _ = self.segments[kinds.index("dance")]
-        return slice(int(start), int(end))
+        return slice(int(dances[0, 0]), int(dances[-1, 1]))
 
 
 def make_reference(

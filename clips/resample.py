@@ -18,7 +18,13 @@ def resample(clip: Clip, fps: float) -> Clip:
     if abs(fps - clip.fps) < 1e-9 * fps:
         return clip
     times = new_times(clip.frames, clip.fps, fps)
-    source = clip.source.noting(f"resampled {clip.fps:.6g} -> {fps:.6g} fps ({clip.frames} -> {len(times)} frames)")
+    note = f"resampled {clip.fps:.6g} -> {fps:.6g} fps ({clip.frames} -> {len(times)} frames)"
+    return sampled(clip, times, fps, note)
+
+
+def sampled(clip: Clip, times: Float[ndarray, "N"], fps: float, note: str) -> Clip:
+    """The clip at fractional frames, played at `fps`; `note` says in its source what was done."""
+    source = clip.source.noting(note)
     if isinstance(clip, HumanClip):
         turns = None if clip.orientations is None else sample_quat(clip.orientations, times)
         return replace(clip, fps=fps, positions=sample(clip.positions, times), orientations=turns, source=source)
