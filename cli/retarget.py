@@ -5,12 +5,26 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Literal
 
 from rich.console import Console
 
 from cli.terminal import BELOW_GATE, DONE, ClipPath, FileOptions, Out, command, print_report, progress
-from clips import OutputError, cut, read_clip, save_reference
-from retarget import RetargetConfig, Retargeted, retarget
+from clips import Clip, OutputError, RobotClip, at_speed, cut, mirrored, read_clip, save_reference
+from retarget import (
+    RetargetConfig,
+    Retargeted,
+    RetargetError,
+    Seam,
+    fitted,
+    hardest,
+    medley,
+    read_contacts,
+    read_keys,
+    retarget,
+    write_contacts,
+)
+from retarget.robot_source import as_figure
 from robot_models import DEFAULT_ROBOT, load_robot
 
 
@@ -22,6 +36,8 @@ class Arguments:
         dance-retarget clip.csv
         dance-retarget dance.bvh --robot g1 -o dance_g1.npz --start 5 --end 25
         dance-retarget unitree.csv --fps 30 --robot g1
+        dance-retarget verse.bvh --then chorus.bvh verse.bvh -o song.npz
+        dance-retarget fast.bvh --fit-dynamics
     """
 
     clip: ClipPath
@@ -34,6 +50,24 @@ class Arguments:
     """Begin at this second of the clip."""
     end: float | None = None
     """End at this second of the clip."""
+    speed: float = 1.0
+    """Play the clip so many times as fast."""
+    mirror: bool = False
+    """Exchange left and right."""
+    then: tuple[ClipPath, ...] = ()
+    """More clips to dance after this one, with steps between them."""
+    loop: int = 1
+    """Dance it so many times, with steps back to the first pose between."""
+    contacts: Path | None = None
+    """CSV of touches (start, end, edge, kind; seconds of the dance) that override the detected ones."""
+    keys: Path | None = None
+    """CSV of key frames (time, joint, value; seconds of the dance, radians)."""
+    write_contacts: Path | None = None
+    """Write the touches used, to be edited and given back with --contacts."""
+    fit_dynamics: bool = False
+    """Slow the stretches that physics does not allow, and only those."""
+    solver: Literal["whole-clip", "mink", "placo"] = "whole-clip"
+    """All frames at once, or a per-frame solver for comparison."""
     out_fps: float = 50.0
     """Frame rate of the reference."""
     lead_in: float = 1.0
@@ -57,25 +91,66 @@ def run(args: Arguments) -> int:
     console = Console(highlight=False, soft_wrap=True)
     if args.out is not None and (args.out.suffix != ".npz" or args.out.resolve() == args.clip.resolve()):
         raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")
+    _check(args)
     robot = load_robot(args.robot)
-    clip = cut(read_clip(args.clip, args.file.reading()), args.start, args.end)
+    clip = _edited(cut(read_clip(args.clip, args.file.reading()), args.start, args.end), args)
+    contacts = read_contacts(args.contacts) if args.contacts else ()
+    keys = read_keys(args.keys) if args.keys else ()
     console.print(f"[bold]{args.clip.name}[/]: {clip.source.dialect}, {clip.frames} frames at {clip.fps:.6g} fps")
     for finding in clip.source.findings:
         console.print(f"  {finding}", markup=False)
-    config = replace(RetargetConfig(), fps=args.out_fps, lead_in_s=args.lead_in, lead_out_s=args.lead_out)
+    more = [_edited(read_clip(path, args.file.reading()), args) for path in args.then]
+    dances = [clip, *more] * args.loop
+    seams: list[Seam] = []
+    config = replace(
+        RetargetConfig(), solver=args.solver, fps=args.out_fps, lead_in_s=args.lead_in, lead_out_s=args.lead_out
+    )
     began = time.perf_counter()
-    with progress("frames") as tell:
-        result = retarget(clip, robot, config, progress=tell)
+    with progress("steps") as tell:
+        if len(dances) > 1:
+            result, seams = medley(dances, robot, config, progress=tell)
+        elif args.fit_dynamics:
+            result = fitted(clip, robot, config, progress=tell)
+        else:
+            result = retarget(clip, robot, config, contacts=contacts, keys=keys, progress=tell)
     rate = result.reference.frames / (time.perf_counter() - began)
     out = args.out or Path(f"{args.clip.stem}_{robot.name}.npz")
     save_reference(result.reference, out, float32=args.float32)
     written = [out]
+    if args.write_contacts:
+        write_contacts(result.contacts, result.reference.fps, args.write_contacts)
+        written.append(args.write_contacts)
     if args.recording:
         from cli.show import save_retargeting
 
         written.append(out.with_suffix(".rrd"))
         save_retargeting(written[-1], result)
+    for seam in seams:
+        console.print(f"{seam}", markup=False)
     return _summary(console, result, written, rate)
+
+
+def _check(args: Arguments) -> None:
+    """Refuse what cannot go together."""
+    if args.fit_dynamics and (args.contacts or args.keys):
+        raise RetargetError(
+            "--fit-dynamics", found="--contacts or --keys beside it",
+            expected="one of them: their seconds would move when the dance is slowed",
+        )  # fmt: skip
+    several = bool(args.then) or args.loop != 1
+    if several and (args.contacts or args.keys or args.fit_dynamics or args.loop < 1):
+        raise RetargetError(
+            "--then or --loop", found="--contacts, --keys, --fit-dynamics, or a loop of less than once",
+            expected="dances without edits of their own, at least once",
+            cure="write each dance to a file first; a reference (.npz) is a clip again",
+        )  # fmt: skip
+
+
+def _edited(clip: Clip, args: Arguments) -> Clip:
+    clip = at_speed(clip, args.speed)
+    if not args.mirror:
+        return clip
+    return mirrored(as_figure(clip) if isinstance(clip, RobotClip) else clip)
 
 
 def _summary(console: Console, result: Retargeted, written: list[Path], rate: float) -> int:
@@ -84,6 +159,8 @@ def _summary(console: Console, result: Retargeted, written: list[Path], rate: fl
     console.print(
         f"{reference.frames} frames, {reference.duration_s:.1f} s for {result.robot.name}; retargeted at {rate:.0f} frames/s"
     )
+    for hardship in [] if result.dynamics is None else hardest(result.dynamics, above=1.0, most=3):
+        console.print(f"physics: {hardship}", markup=False)
     for path in written:
         hint = f"   open it: rerun {path}" if path.suffix == ".rrd" else ""
         console.print(f"wrote {path} ({path.stat().st_size / 1e6:.1f} MB){hint}", markup=False)

@@ -1,20 +1,39 @@
 """Retargeting: a recorded clip and a robot in, a feasible reference and an honest report out."""
 
-from retarget.config import ContactConfig, Gates, IkConfig, IkWeights, RetargetConfig
+from retarget.config import ContactConfig, Gates, GoalWeights, IkConfig, RetargetConfig, WholeClipConfig
+from retarget.dynamics import Dynamics, dynamics_of
+from retarget.edits import ContactEdit, KeyFrame, read_contacts, read_keys, write_contacts
 from retarget.errors import RetargetError
+from retarget.fit import FitConfig, fitted
+from retarget.hardship import flight_fit, hardest
+from retarget.medley import Seam, medley
 from retarget.pipeline import Retargeted, retarget
 from retarget.report import Metric, Report, measure
 
 __all__ = [
     "ContactConfig",
+    "ContactEdit",
+    "Dynamics",
+    "FitConfig",
     "Gates",
+    "GoalWeights",
     "IkConfig",
-    "IkWeights",
+    "KeyFrame",
     "Metric",
     "Report",
     "RetargetConfig",
     "RetargetError",
     "Retargeted",
+    "Seam",
+    "WholeClipConfig",
+    "dynamics_of",
+    "fitted",
+    "flight_fit",
+    "hardest",
     "measure",
+    "medley",
+    "read_contacts",
+    "read_keys",
     "retarget",
+    "write_contacts",
 ]

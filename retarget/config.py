@@ -20,39 +20,86 @@ class ContactConfig:
     tight_height: float = 0.04  # over the point's own floor [m]
     loose_height: float = 0.06  # [m]
     floor_percentile: float = 5.0  # of the point's height: its own floor
-    min_duration_s: float = 0.08  # a shorter touch is noise, a shorter gap is no step [s]
+    min_duration_s: float = 0.06  # a shorter touch is noise, a shorter gap is no step [s]
     pivot_rate: float = 1.5  # foot yaw rate above which a touching foot turns on purpose [rad/s]
 
 
 @dataclass(frozen=True, kw_only=True)
-class IkWeights:
-    """Costs of the per-frame IK: per metre for positions, per radian for orientations."""
+class GoalWeights:
+    """How firmly each goal is held: per metre for positions and limb vectors, per radian for orientations."""
 
-    foot_position: float = 20.0  # of a touching foot
-    foot_orientation: float = 3.0
-    swing_position: float = 5.0  # of a swinging one: the legs' directions matter more than its exact path
-    swing_orientation: float = 0.5
     pelvis_position: float = 4.0
     pelvis_orientation: float = 2.0
     torso_orientation: float = 2.0
-    thigh_and_shin: float = 3.0  # per metre at the limb's end
-    arm: float = 4.0  # upper arm and forearm, the same
-    posture: float = 0.06
-    repair_posture: float = 2.0  # how firmly the foot-repair pass keeps the smoothed joints
+    leg: float = 9.0  # thigh and shin
+    arm: float = 12.0  # upper arm and forearm
+    planted: float = 200.0  # heel and toe edges while they touch
+    pivot: float = 40.0  # across the floor, while they turn on purpose
+    swing: float = 20.0  # in the air: the legs' directions matter more than the exact path
+    planted_roll: float = 20.0  # of a touching foot about its length
+    swing_roll: float = 1.0
+    posture: float = 0.15  # towards the default pose, or the recording of this very robot
+    pin: float = 100.0  # of a joint at a key frame
+
+
+@dataclass(frozen=True, kw_only=True)
+class Level:
+    """One grid of the whole-clip solver, coarse to fine."""
+
+    step_s: float  # between its frames [s]; never finer than the clip's own
+    iterations: int  # of Gauss-Newton
+    smooth_hz: float  # half-power frequency of its smoothness [Hz]
+    more_iterations: int = 0  # of the stretches that still move
+    rounds: int = 3  # of the active set, per iteration
+    clearance: bool = True  # of soles and bodies
+
+
+@dataclass(frozen=True, kw_only=True)
+class WholeClipConfig:
+    """The whole-clip solver."""
+
+    rough: Level = Level(  # before the leads are known
+        step_s=0.2, iterations=5, more_iterations=8, smooth_hz=2.0, rounds=2, clearance=False
+    )
+    fine: tuple[Level, ...] = (
+        Level(step_s=0.06, iterations=2, more_iterations=2, rounds=2, smooth_hz=3.7),
+        Level(step_s=0.0, iterations=0, more_iterations=12, rounds=2, smooth_hz=3.7),
+    )
+    travel_hz: float = 1.7  # half-power frequency of the root's way over the floor [Hz]: a robot cannot push it faster
+    height_hz: float = 2.5  # of its height [Hz]
+    settled: float = 0.03  # a last step below this is no movement [rad or m]
+    settle_margin_s: float = 0.1  # solved again on either side [s]
+    damping: float = 0.01  # of the first iteration, as a share of the goals' curvature
+    rough_damping: float = 1.0  # the same where the start is far away
+    largest_turn: float = 0.3  # of any joint in one iteration [rad]
+    rough_turn: float = 0.6  # the same where the start is far away
+    limit_margin: float = 0.01  # kept from each joint limit [rad]
+    speed_share: float = 0.95  # of each motor's speed limit, per output frame
+    acceleration_share: float = 0.98  # of each motor's acceleration limit
+    body_gap: float = 0.006  # kept between bodies [m]
+    body_spring: float = 50.0  # per metre: soft, for many frames share the work
+    floor_gap: float = 0.0005  # kept between soles or bodies and the floor [m]
+    floor_spring: float = 600.0
+    window_s: float = 40.0  # longer clips are solved in windows of this length [s]
+    overlap_s: float = 2.0  # shared by neighbouring windows and blended [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class IkConfig:
-    """The per-frame solver."""
+    """The per-frame back ends."""
 
-    weights: IkWeights = field(default_factory=IkWeights)
     iterations: int = 4  # per frame, warm-started
     first_iterations: int = 80  # so that frame 0 is converged
-    repair_iterations: int = 4
     damping: float = 1e-3
     limit_margin: float = 0.01  # kept from each joint limit [rad]
-    clearance: float = 0.003  # kept between bodies that would touch, and between bodies and the floor [m]
-    velocity_share: float = 0.95  # of each motor's speed limit, per output frame
+    speed_share: float = 0.95  # of each motor's speed limit, per output frame
+    planted: float = 20.0  # weight of a touching foot, per metre
+    planted_turn: float = 3.0
+    swing: float = 5.0
+    swing_turn: float = 0.5
+    leg: float = 3.0  # as in GoalWeights; lower, for here nothing but these hold a frame to the last
+    arm: float = 4.0
+    posture: float = 0.06
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +110,8 @@ class Gates:
     slide_mm: float = 30.0  # worst slide of one touch of a foot edge
     self_collision_mm: float = 10.0  # deepest overlap of two bodies
     joint_limit_rad: float = 1e-6  # beyond a position limit
-    velocity_share: float = 1.0  # of the motors' speed limits
+    speed_share: float = 1.0  # of the motors' speed limits, frame to frame
+    acceleration_share: float = 1.0  # of what the motors can do against the default pose's inertia, frame to frame
     airborne_points: float = 6.0  # difference of the airborne share to the source's, percentage points
     hovering_frames: float = 5.0  # of lead-in and lead-out
 
@@ -72,15 +120,18 @@ class Gates:
 class RetargetConfig:
     """From clip to reference."""
 
+    solver: str = "whole-clip"  # or a per-frame one: "mink", "placo"
     fps: float = 50.0  # of the reference [frames/s]
     lead_in_s: float = 1.0  # stand -> first pose [s]
     lead_out_s: float = 1.0  # last pose -> stand [s]
     stand_s: float = 0.3  # standing still at both ends [s]
-    smooth_hz: float = 5.0  # half-power frequency of the joint smoother [Hz]
     reach: float = 0.985  # longest hip-ankle distance of a planted leg, of the leg's length
     contact: ContactConfig = field(default_factory=ContactConfig)
+    weights: GoalWeights = field(default_factory=GoalWeights)
+    whole_clip: WholeClipConfig = field(default_factory=WholeClipConfig)
     ik: IkConfig = field(default_factory=IkConfig)
     gates: Gates = field(default_factory=Gates)
+    dynamics: bool = True  # report whether physics allows the motion
 
     def __post_init__(self) -> None:
         for f in fields(self):

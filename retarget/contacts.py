@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from clips import HumanClip
+from clips import FREE, PIVOTING, PLANTED, HumanClip
 from clips.runs import runs_of
 from retarget.config import ContactConfig
 from robot_models import FEET, rotation
@@ -20,6 +20,12 @@ class Contacts:
 
     touching: Bool[ndarray, "T 4"]
     pivoting: Bool[ndarray, "T 2"]  # per foot: touching and turning faster than a planted foot would
+
+    @property
+    def labels(self) -> Int[ndarray, "T 4"]:
+        """FREE, PLANTED or PIVOTING per edge."""
+        pivot = np.repeat(self.pivoting, 2, axis=1)
+        return np.where(self.touching, np.where(pivot, PIVOTING, PLANTED), FREE)
 
 
 def find_contacts(clip: HumanClip, config: ContactConfig) -> Contacts:

@@ -7,24 +7,21 @@ its height and lies flat while its heading follows the source.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from clips import FREE, PIVOTING, PLANTED, HumanClip
+from clips import FREE, HumanClip
 from clips.runs import runs_of
 from retarget.body import foot_frames
 from retarget.contacts import Contacts
-from retarget.smooth import smooth
-from robot_models import FEET, RobotModel, Sole, forward_kinematics, sole_corners
+from robot_models import FEET, RobotModel, Sole
 from robot_models import rotation as rot
-from robot_models.surface import lowest_point
 
 _RAMP_S = 0.12  # time in which a foot leaves its flat pose towards the source's pitch
 _EASE_S = 0.16  # time in which a swinging foot takes up the source's motion
-_TOUCH = 1e-3  # depths below this are the solver's rounding [m]
 _LONG_SWING_S = 1.0  # beyond this a swing forgets its anchors on the way
 _Z = np.array([0.0, 0.0, 1.0])
 
@@ -52,50 +49,20 @@ def foot_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, scale: 
     return FootTargets(
         pos=np.stack([p[0] for p in poses], axis=1),
         quat=np.stack([p[1] for p in poses], axis=1),
-        contact=_labels(contacts),
+        contact=contacts.labels,
         shift=np.stack([p[2] for p in poses], axis=1),
     )
 
 
-def planted_share(feet: FootTargets, fps: float) -> Float[ndarray, "T 2"]:
-    """1 while a foot touches, falling smoothly to 0 in its swing: how firmly the solver shall hold it."""
-    share = np.zeros((len(feet.pos), 2))
-    for k in range(2):
-        held = np.flatnonzero((feet.contact[:, 2 * k : 2 * k + 2] != FREE).any(axis=1))
+def edge_share(feet: FootTargets, fps: float) -> Float[ndarray, "T 4"]:
+    """Per edge 1 while it touches, falling smoothly to 0 when it does not: how firmly the solver shall hold it."""
+    share = np.zeros(feet.contact.shape)
+    for k in range(4):
+        held = np.flatnonzero(feet.contact[:, k] != FREE)
         if len(held):
             away = np.abs(np.arange(len(share))[:, None] - held[None]).min(axis=1)
             share[:, k] = 1.0 - smoothstep(away / (_EASE_S * fps + 1.0))
     return share
-
-
-def lifted(feet: FootTargets, robot: RobotModel, qpos: Float[ndarray, "T nq"], fps: float) -> FootTargets:
-    """Targets raised where the solved soles came out under the floor, eased over the neighbouring frames."""
-    from scipy.ndimage import maximum_filter1d
-
-    corners = sole_corners(robot, *forward_kinematics(robot, qpos))
-    depth = np.maximum(0.0, -corners[..., 2].min(axis=2))
-    free = ~(feet.contact.reshape(-1, 2, 2) != FREE).any(axis=2)
-    window = max(3, round(_RAMP_S * fps))
-    raise_by = np.maximum(smooth(maximum_filter1d(depth * free, window, axis=0), fps, 6.0), 0.0) * free
-    pos = feet.pos.copy()
-    pos[..., 2] += 1.2 * raise_by
-    return replace(feet, pos=pos)
-
-
-def raised(robot: RobotModel, qpos: Float[ndarray, "T nq"], fps: float) -> Float[ndarray, "T nq"]:
-    """The root lifted around frames where anything is still under the floor.
-
-    A sunk body ruins a policy sooner than a foot that hovers for a moment; the report tells how far it hovers.
-    """
-    depth = np.maximum(0.0, -lowest_point(robot, *forward_kinematics(robot, qpos)))
-    if depth.max() < _TOUCH:
-        return qpos
-    from scipy.ndimage import maximum_filter1d
-
-    window = max(3, round(2 * _RAMP_S * fps))
-    out = np.array(qpos)
-    out[:, 2] += np.maximum(smooth(maximum_filter1d(depth, window), fps, 4.0), depth)
-    return out
 
 
 def flat_height(clip: HumanClip, contacts: Contacts, foot: int) -> float:
@@ -192,11 +159,18 @@ def _eased_off(
     pos: ndarray, quat: ndarray, locked_pos: ndarray, locked_quat: ndarray, locked: ndarray, fps: float
 ) -> tuple[ndarray, ndarray]:
     """Swings that leave and meet their stances at rest: a source is called touching while it still moves a little."""
+    base_pos, base_quat = locked_pos.copy(), locked_quat.copy()
+    for a, b in runs_of(~locked):
+        before, after = max(a - 1, 0), min(b, len(pos) - 1)
+        before, after = (before if a > 0 else after), (after if b < len(pos) else before)
+        s = smoothstep(np.arange(1, b - a + 1) / (b - a + 1))
+        base_pos[a:b] = locked_pos[before] + s[:, None] * (locked_pos[after] - locked_pos[before])
+        first, last = (np.broadcast_to(locked_quat[t], (b - a, 4)) for t in (before, after))
+        base_quat[a:b] = rot.slerp(first, last, s)
     held = np.flatnonzero(locked)
-    nearest = held[np.abs(np.arange(len(pos))[:, None] - held[None]).argmin(axis=1)]
-    w = smoothstep(np.abs(np.arange(len(pos)) - nearest) / (_EASE_S * fps + 1.0))
-    eased = locked_pos[nearest] + w[:, None] * (pos - locked_pos[nearest])
-    return eased, rot.slerp(locked_quat[nearest], quat, w)
+    away = np.abs(np.arange(len(pos))[:, None] - held[None]).min(axis=1)
+    w = smoothstep(away / (_EASE_S * fps + 1.0))
+    return base_pos + w[:, None] * (pos - base_pos), rot.slerp(base_quat, quat, w)
 
 
 def smoothstep(t: Float[ndarray, "..."]) -> Float[ndarray, "..."]:
@@ -211,8 +185,3 @@ def _above_floor(pos: ndarray, quat: ndarray, sole: Sole) -> ndarray:
     raised = pos.copy()
     raised[:, 2] += np.maximum(0.0, -corners[..., 2].min(axis=1))
     return raised
-
-
-def _labels(contacts: Contacts) -> ndarray:
-    pivot = np.repeat(contacts.pivoting, 2, axis=1)
-    return np.where(contacts.touching, np.where(pivot, PIVOTING, PLANTED), FREE)

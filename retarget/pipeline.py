@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from typing import Any
@@ -11,20 +11,22 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_reference, resample
+from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_reference, resample, without_false_start
 from clips.place import recentred
 from retarget.config import RetargetConfig
 from retarget.contacts import Contacts, find_contacts
-from retarget.feet import lifted, raised
-from retarget.ik import follow_targets, repair_feet
+from retarget.dynamics import Dynamics, dynamics_of
+from retarget.edits import ContactEdit, KeyFrame, edited, pinned
+from retarget.frame_by_frame import follow, frame_solver
+from retarget.goals import make_goals
 from retarget.report import Report, measure
 from retarget.robot_source import as_figure
 from retarget.segments import Padded, add_leads
-from retarget.smooth import smooth, smooth_quat
 from retarget.targets import Targets, make_targets
-from robot_models import RobotModel
+from retarget.whole_clip import optimise, rough_poses
+from robot_models import RobotError, RobotModel
 
-Progress = Callable[[str, int, int], None]  # stage, frames done, frames in all
+Progress = Callable[[str, int, int], None]  # stage, done, in all
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,10 +39,17 @@ class Retargeted:
     source: HumanClip  # at the reference's frame rate; its frames are the reference's dance
     contacts: Contacts
     targets: Targets
+    dynamics: Dynamics | None  # None where it was not asked for or Pinocchio is not installed
 
 
 def retarget(
-    clip: Clip, robot: RobotModel, config: RetargetConfig | None = None, *, progress: Progress | None = None
+    clip: Clip,
+    robot: RobotModel,
+    config: RetargetConfig | None = None,
+    *,
+    contacts: Sequence[ContactEdit] = (),
+    keys: Sequence[KeyFrame] = (),
+    progress: Progress | None = None,
 ) -> Retargeted:
     """Bring a recorded motion to a robot.
 
@@ -48,86 +57,137 @@ def retarget(
         clip: a person's or a robot's motion.
         robot: who shall perform it.
         config: the numbers of every stage.
-        progress: told as frames are done.
+        contacts: touches that the user states; the rest is detected.
+        keys: joint angles at some times of the dance (whole-clip solver only).
+        progress: told as the solver goes on.
 
     Raises:
         DanceError: the clip cannot be used; a poor result is no error but stands in the report.
     """
     config = config or RetargetConfig()
-    tell = progress or (lambda stage, done, total: None)
-    recorded = recentred(resample(clip, config.fps))
-    source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
-    contacts = find_contacts(source, config.contact)
-    targets = make_targets(source, contacts, robot, config)
-    prior = _prior(recorded, robot)
-    followed = follow_targets(
-        robot, targets, config.ik, prior=prior, progress=lambda a, b: tell("follow the targets", a, b)
-    )
-    padded = add_leads(robot, _smoothed(followed.qpos, config), targets.feet, config)
-    repaired = repair_feet(
-        robot, padded.qpos, padded.feet, config.fps, config.ik, progress=lambda a, b: tell("set the feet down", a, b)
-    )
-    cleared = repair_feet(
-        robot, repaired.qpos, lifted(padded.feet, robot, repaired.qpos, config.fps), config.fps, config.ik,
-        progress=lambda a, b: tell("clear the floor", a, b),
-    )  # fmt: skip
-    qpos = raised(robot, cleared.qpos, config.fps)
-    unsolved = sum(len(r.unsolved) for r in (followed, repaired, cleared))
-    report = measure(_reference(robot, qpos, padded, {}, config), robot, source, config.gates, unsolved=unsolved)
-    meta = _meta(source, config, report)
+    part = prepared(clip, robot, config, contacts, keys)
+    padded = add_leads(robot, part.rough, part.targets, config)
+    qpos = solved(robot, padded, part.posture, part.pins, config, progress)
+    bare = reference_of(robot, qpos, padded, {}, config)
+    dynamics = physics_of(bare, robot) if config.dynamics else None
+    report = measure(bare, robot, part.source, config.gates, dynamics)
     return Retargeted(
         robot=robot,
-        reference=_reference(robot, qpos, padded, meta, config),
+        reference=reference_of(robot, qpos, padded, meta_of([part.source], config, report), config),
         report=report,
-        source=source,
-        contacts=contacts,
-        targets=targets,
+        source=part.source,
+        contacts=part.contacts,
+        targets=part.targets,
+        dynamics=dynamics,
     )
 
 
-def _prior(recorded: Clip, robot: RobotModel) -> Float[ndarray, "T nq"] | None:
-    """The recording itself, where it was made on this very robot."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Prepared:
+    """A clip on its way to a robot: what the solver needs, before leads. T frames of the dance."""
+
+    source: HumanClip
+    contacts: Contacts
+    targets: Targets
+    posture: Float[ndarray, "T nq"]  # to start from and to stay near
+    pins: Float[ndarray, "T J"]  # key frames, NaN elsewhere
+    rough: Float[ndarray, "T nq"]  # poses on a coarse grid
+
+
+def prepared(
+    clip: Clip,
+    robot: RobotModel,
+    config: RetargetConfig,
+    contacts: Sequence[ContactEdit] = (),
+    keys: Sequence[KeyFrame] = (),
+) -> Prepared:
+    """Resample, find the touches, lay the source out in the robot's proportions, and guess poses."""
+    recorded = recentred(resample(without_false_start(clip), config.fps))
+    source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
+    touches = edited(find_contacts(source, config.contact), contacts, config.fps)
+    targets = make_targets(source, touches, robot, config)
+    posture = _posture(recorded, robot, targets)
+    goals = make_goals(robot, targets, config.weights, posture[:, 7:])
+    return Prepared(
+        source=source,
+        contacts=touches,
+        targets=targets,
+        posture=posture,
+        pins=pinned(keys, robot, source.frames, config.fps),
+        rough=rough_poses(robot, goals, posture, config.fps, config.whole_clip),
+    )
+
+
+def physics_of(reference: Reference, robot: RobotModel) -> Dynamics | None:
+    """The reference's rigid-body dynamics; None where Pinocchio is not installed."""
+    try:
+        return dynamics_of(reference, robot)
+    except RobotError:  # no Pinocchio on this system: the rest of the report stands without it
+        return None
+
+
+def _posture(recorded: Clip, robot: RobotModel, targets: Targets) -> Float[ndarray, "T nq"]:
+    """Where to start and what to stay near: the recording, where it was made on this very robot, else the default."""
     if isinstance(recorded, RobotClip) and recorded.robot == robot.name:
         return full_qpos(recorded, robot)
-    return None
+    qpos = np.tile(robot.default_qpos, (len(targets.pelvis_pos), 1))
+    qpos[:, :3], qpos[:, 3:7] = targets.pelvis_pos, targets.pelvis_quat
+    return qpos
 
 
-def _smoothed(qpos: Float[ndarray, "T nq"], config: RetargetConfig) -> Float[ndarray, "T nq"]:
-    return np.concatenate(
-        (
-            smooth(qpos[:, :3], config.fps, config.smooth_hz),
-            smooth_quat(qpos[:, 3:7], config.fps, config.smooth_hz),
-            smooth(qpos[:, 7:], config.fps, config.smooth_hz),
-        ),
-        axis=1,
+def solved(
+    robot: RobotModel,
+    padded: Padded,
+    posture: Float[ndarray, "T nq"],
+    pins: Float[ndarray, "T J"],
+    config: RetargetConfig,
+    progress: Progress | None,
+) -> Float[ndarray, "P nq"]:
+    """The motion, leads included, by the solver that the configuration names."""
+    tell = progress or (lambda stage, done, total: None)
+    near = padded.qpos[:, 7:].copy()
+    near[padded.dance] = posture[:, 7:]
+    if config.solver != "whole-clip":
+        solver = frame_solver(config.solver, robot, config.weights, config.ik, config.fps)
+        return follow(solver, padded.targets, near, progress=lambda a, b: tell(config.solver, a, b))
+    pinned_near = np.full_like(near, np.nan)
+    pinned_near[padded.dance] = pins
+    goals = make_goals(robot, padded.targets, config.weights, near, pinned_near)
+    return optimise(
+        robot, goals, padded.qpos, config.fps, config.whole_clip, progress=lambda a, b: tell("optimise", a, b)
     )
 
 
-def _reference(
+def reference_of(
     robot: RobotModel, qpos: Float[ndarray, "T nq"], padded: Padded, meta: Mapping[str, Any], config: RetargetConfig
 ) -> Reference:
+    """The solved motion with its labels and segments."""
     return make_reference(
         robot,
         qpos,
         config.fps,
-        contact=padded.feet.contact,
+        contact=padded.targets.feet.contact,
         segments=padded.segments,
         meta={"segment_names": list(padded.names), **meta},
     )
 
 
-def _meta(source: HumanClip, config: RetargetConfig, report: Report) -> dict[str, Any]:
+def meta_of(sources: Sequence[HumanClip], config: RetargetConfig, report: Report) -> dict[str, Any]:
     """Everything a later reader may ask of the file; nothing that changes from run to run."""
-    origin = source.source
+    origins = [
+        {
+            "file": source.source.file,
+            "sha256": source.source.sha256,
+            "dialect": source.source.dialect,
+            "findings": [asdict(f) for f in source.source.findings],
+            "conversions": list(source.source.conversions),
+        }
+        for source in sources
+    ]
     return {
-        "source": {
-            "file": origin.file,
-            "sha256": origin.sha256,
-            "dialect": origin.dialect,
-            "findings": [asdict(f) for f in origin.findings],
-            "conversions": list(origin.conversions),
-        },
+        "source": origins[0],
+        **({"more_sources": origins[1:]} if len(origins) > 1 else {}),
         "config": asdict(config),
-        "versions": {p: version(p) for p in ("numpy", "scipy", "mujoco", "mink")},
+        "versions": {p: version(p) for p in ("numpy", "scipy", "mujoco")},
         "report": report.as_dict(),
     }

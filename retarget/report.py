@@ -18,6 +18,7 @@ from clips.resample import new_times, sample
 from clips.runs import runs_of
 from retarget.config import Gates
 from retarget.contacts import edge_points, foot_yaw_rate
+from retarget.dynamics import Dynamics
 from retarget.targets import LIMBS
 from robot_models import RobotModel, sole_edges
 from robot_models import rotation as rot
@@ -26,6 +27,7 @@ from robot_models.surface import lowest_point, self_collision_depth
 _RATE = 30.0  # derivatives are compared at this rate [Hz]: at the file's own rate, noise would decide
 _SLOW, _LOW, _SHORT = 0.25, 0.04, 3  # the fixed rule of touching: m/s, m over the point's own floor, frames
 _PIVOT = 1.5  # [rad/s]
+_ROUNDING = 1e-3  # of a share
 _UP = 0.02  # a lowest point higher than this is in the air [m]
 
 
@@ -70,7 +72,9 @@ class Report:
         }
 
 
-def measure(reference: Reference, robot: RobotModel, source: HumanClip, gates: Gates, *, unsolved: int = 0) -> Report:
+def measure(
+    reference: Reference, robot: RobotModel, source: HumanClip, gates: Gates, dynamics: Dynamics | None = None
+) -> Report:
     """Measure a reference against its source.
 
     Args:
@@ -78,7 +82,7 @@ def measure(reference: Reference, robot: RobotModel, source: HumanClip, gates: G
         robot: the robot.
         source: the recorded figure at the reference's frame rate; its frames are the reference's dance.
         gates: what has to hold.
-        unsolved: frames where a solver found no solution.
+        dynamics: its rigid-body dynamics, to be reported too.
     """
     lowest = lowest_point(robot, reference.body_pos_w, reference.body_quat_w)
     overlap = self_collision_depth(robot, reference.qpos)
@@ -92,9 +96,10 @@ def measure(reference: Reference, robot: RobotModel, source: HumanClip, gates: G
                meaning="lowest point more than 2 mm under the floor"),
         Metric(name="deepest self-collision", value=1e3 * float(overlap.max()), unit="mm",
                meaning="overlap of two bodies' primitives", limit=gates.self_collision_mm),
+        Metric(name="frames with self-collision", value=100.0 * float((overlap > 0.005).mean()), unit="%",
+               meaning="an overlap deeper than 5 mm"),
         Metric(name="limb direction error", value=_limb_error(reference, robot, source), unit="deg",
                meaning="thighs, shins, upper arms, forearms against the source, world frame"),
-        Metric(name="unsolved frames", value=float(unsolved), unit="frames", meaning="the solver found no solution", limit=0.0),
     ]  # fmt: skip
     series = {
         "lowest point [m]": lowest,
@@ -102,27 +107,55 @@ def measure(reference: Reference, robot: RobotModel, source: HumanClip, gates: G
         "joint speed, share of the motor's": (np.abs(reference.joint_vel) / robot.velocity).max(axis=1),
         **feet_series,
     }
-    return Report(metrics=(*joints, *body, *feet, *flight), series=series)
+    physics = [] if dynamics is None else _physics(dynamics)
+    if dynamics is not None:
+        series["dynamics, 1 is impossible"] = np.minimum(dynamics.score, 4.0)
+    return Report(metrics=(*joints, *body, *feet, *flight, *physics), series=series)
+
+
+def _physics(dynamics: Dynamics) -> list[Metric]:
+    return [
+        Metric(name="frames that physics does not allow", value=100.0 * float((dynamics.score >= 1.0).mean()), unit="%",
+               meaning="the floor or the motors cannot give what the motion needs"),
+        Metric(name="joint torque, share of the motor's", value=float(np.percentile(dynamics.effort_share, 99)), unit="",
+               meaning="99th percentile over frames, worst joint of each"),
+    ]  # fmt: skip
 
 
 def _joints(reference: Reference, robot: RobotModel, gates: Gates) -> list[Metric]:
     q = reference.joint_pos
     beyond = float(np.maximum(robot.lower - q, q - robot.upper).max())
-    speed = np.abs(np.diff(q, axis=0)) * reference.fps
-    share = (speed / robot.velocity).max(axis=0)
-    worst = robot.joint_names[int(np.argmax(share))]
+    speed = _Share(reference, robot.velocity, 1)
+    acceleration = _Share(reference, robot.acceleration, 2)
     at_rate = sample(q, new_times(len(q), reference.fps, min(_RATE, reference.fps)))
     rate = min(_RATE, reference.fps)
     d1, d2, d3 = (_derivative(at_rate, n, rate) for n in (1, 2, 3))
     return [
         Metric(name="joint position beyond limits", value=max(0.0, beyond), unit="rad", meaning="worst joint, all frames",
                limit=gates.joint_limit_rad),
-        Metric(name="joint speed, share of the motor's", value=float(share.max()), unit="",
-               meaning=f"worst joint ({worst}), frame to frame", limit=gates.velocity_share),
+        Metric(name="joint speed, share of the motor's", value=speed.most, unit="", meaning=speed.where(robot),
+               limit=gates.speed_share),
+        Metric(name="joint acceleration, share of the motor's", value=acceleration.most, unit="",
+               meaning=acceleration.where(robot), limit=gates.acceleration_share),
         Metric(name="joint speed, max", value=float(d1.max()), unit="rad/s", meaning=f"at {rate:g} Hz"),
         Metric(name="joint acceleration, p95", value=float(np.percentile(d2, 95)), unit="rad/s2", meaning=f"at {rate:g} Hz"),
         Metric(name="joint jerk, p95", value=float(np.percentile(d3, 95)), unit="rad/s3", meaning=f"at {rate:g} Hz"),
     ]  # fmt: skip
+
+
+class _Share:
+    """A time difference of the joints as a share of the motors' limits, frame to frame."""
+
+    def __init__(self, reference: Reference, limit: Float[ndarray, "J"], order: int) -> None:
+        self._fps = reference.fps
+        self._share = _derivative(reference.joint_pos, order, reference.fps) / limit
+        self.most = float(self._share.max())
+
+    def where(self, robot: RobotModel) -> str:
+        """The worst place, and how many frames are beyond."""
+        t, j = np.unravel_index(int(self._share.argmax()), self._share.shape)
+        beyond = int((self._share > 1.0 + _ROUNDING).any(axis=1).sum())
+        return f"worst at {t / self._fps:.2f} s: {robot.joint_names[j]}" + f"; {beyond} frames beyond" * (beyond > 0)
 
 
 def _derivative(x: ndarray, order: int, rate: float) -> ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -11,7 +11,8 @@ from numpy import ndarray
 from clips import FREE, PLANTED
 from retarget.config import RetargetConfig
 from retarget.feet import FootTargets, smoothstep
-from robot_models import FEET, RobotModel
+from retarget.targets import Targets, joined
+from robot_models import FEET, RobotModel, forward_kinematics
 from robot_models import rotation as rot
 
 SEGMENT_NAMES = ("lead-in", "dance", "lead-out")
@@ -19,40 +20,55 @@ SEGMENT_NAMES = ("lead-in", "dance", "lead-out")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Padded:
-    """A motion with its leads, before the feet are repaired."""
+    """A rough motion and its targets, with leads."""
 
     qpos: Float[ndarray, "T nq"]
-    feet: FootTargets
+    targets: Targets
     segments: Int[ndarray, "S 3"]
     names: tuple[str, ...]
 
+    @property
+    def dance(self) -> slice:
+        """Frames of the dance itself; from the first to the last of several."""
+        dances = self.segments[np.flatnonzero(np.array(self.names) == "dance")]
+        return slice(int(dances[0, 0]), int(dances[-1, 1]))
 
-def add_leads(robot: RobotModel, qpos: Float[ndarray, "T nq"], feet: FootTargets, config: RetargetConfig) -> Padded:
+
+def add_leads(robot: RobotModel, qpos: Float[ndarray, "T nq"], targets: Targets, config: RetargetConfig) -> Padded:
     """Put a stand and a blend before and after the dance.
 
     The stand takes the feet's places from the dance's end pose, set flat on the floor; a foot that is in the air
-    there lifts off during the blend.
+    there lifts off during the blend. The targets of the leads are the blend's own poses.
     """
-    head = _lead(robot, qpos[0], _frame(feet, 0), config, config.lead_in_s)
-    tail = _lead(robot, qpos[-1], _frame(feet, -1), config, config.lead_out_s)
-    parts_q, parts_f = [qpos], [feet]
-    names = ["dance"]
+    head = _lead(robot, qpos[0], _frame(targets.feet, 0), config, config.lead_in_s)
+    tail = _lead(robot, qpos[-1], _frame(targets.feet, -1), config, config.lead_out_s)
+    parts, names = [(qpos, targets)], ["dance"]
     if head is not None:
-        parts_q, parts_f, names = [head[0], *parts_q], [head[1], *parts_f], ["lead-in", *names]
+        parts, names = [(head[0], targets_of(robot, *head, targets)), *parts], ["lead-in", *names]
     if tail is not None:
-        parts_q, parts_f, names = [*parts_q, tail[0][::-1]], [*parts_f, _reverse(tail[1])], [*names, "lead-out"]
-    ends = np.cumsum([len(p) for p in parts_q])
+        backwards = tail[0][::-1], _reverse(tail[1])
+        parts, names = [*parts, (backwards[0], targets_of(robot, *backwards, targets))], [*names, "lead-out"]
+    ends = np.cumsum([len(q) for q, _ in parts])
     starts = np.concatenate(([0], ends[:-1]))
     return Padded(
-        qpos=np.concatenate(parts_q),
-        feet=FootTargets(
-            pos=np.concatenate([f.pos for f in parts_f]),
-            quat=rot.continuous(np.concatenate([f.quat for f in parts_f])),
-            contact=np.concatenate([f.contact for f in parts_f]),
-            shift=np.concatenate([f.shift for f in parts_f]),
-        ),
+        qpos=np.concatenate([q for q, _ in parts]),
+        targets=joined([t for _, t in parts]),
         segments=np.array([(a, b, int(i > 0)) for i, (a, b) in enumerate(zip(starts, ends, strict=True))]),
         names=tuple(names),
+    )
+
+
+def targets_of(robot: RobotModel, qpos: ndarray, feet: FootTargets, like: Targets) -> Targets:
+    """A robot motion as targets for itself, with feet of their own."""
+    pos, quat = forward_kinematics(robot, qpos)
+    place = robot.landmark
+    return replace(
+        like,
+        pelvis_pos=pos[:, 0],
+        pelvis_quat=quat[:, 0],
+        torso_quat=quat[:, place("torso")],
+        limbs={(a, b): pos[:, place(b)] - pos[:, place(a)] for a, b in like.limbs},
+        feet=feet,
     )
 
 
@@ -64,9 +80,7 @@ def _lead(
         return None
     stand, stand_feet = _stand(robot, end, feet)
     still = round(config.stand_s * config.fps)
-    # Long enough that the blend's top speed, 15/8 of its mean (minimum jerk), stays under half of every motor's.
-    needed = np.abs(end[7:] - stand[7:]) / (0.5 * robot.velocity) * 1.875
-    moving = int(np.ceil(max(duration_s, float(needed.max())) * config.fps))
+    moving = blend_frames(robot, stand, end, config.fps, duration_s)
     w = np.concatenate((np.zeros(still), smoothstep(np.arange(moving) / moving)))
     q = stand + w[:, None] * (end - stand)
     q[:, 3:7] = rot.slerp(np.tile(stand[3:7], (len(w), 1)), np.tile(end[3:7], (len(w), 1)), w)
@@ -80,6 +94,14 @@ def _lead(
     down = feet.contact[0] != FREE
     contact = np.where(down[None] | (lift[:, None] < 1e-3), PLANTED, FREE)
     return q, FootTargets(pos=pos, quat=quat, contact=contact, shift=np.zeros((len(w), 2, 2)))
+
+
+def blend_frames(
+    robot: RobotModel, start: Float[ndarray, "nq"], end: Float[ndarray, "nq"], fps: float, shortest_s: float
+) -> int:
+    """Frames of a blend whose top speed, 15/8 of its mean (minimum jerk), stays under half of every motor's."""
+    needed = np.abs(end[7:] - start[7:]) / (0.5 * robot.velocity) * 1.875
+    return int(np.ceil(max(shortest_s, float(needed.max())) * fps))
 
 
 def _stand(robot: RobotModel, end: ndarray, feet: FootTargets) -> tuple[ndarray, FootTargets]:
@@ -98,8 +120,6 @@ def _stand(robot: RobotModel, end: ndarray, feet: FootTargets) -> tuple[ndarray,
 
 def _foot_middle(robot: RobotModel) -> ndarray:
     """From the middle between the ankles to the pelvis in the default pose, in the pelvis' level frame [m]."""
-    from robot_models import forward_kinematics
-
     pos, _ = forward_kinematics(robot, robot.default_qpos[None])
     return pos[0, 0] - pos[0, [robot.landmark(f"{s}_foot") for s in FEET]].mean(axis=0)
 

@@ -6,8 +6,6 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models import rotation as rot
-
 _THIRD = np.array([-1.0, 3.0, -3.0, 1.0])
 
 
@@ -30,11 +28,3 @@ def smooth(x: Float[ndarray, "T ..."], fps: float, half_power_hz: float) -> Floa
             bands[3 - (j - i), j : j + count] += strength * _THIRD[i] * _THIRD[j]
     flat = np.asarray(x).reshape(len(x), -1)
     return np.asarray(solveh_banded(bands, flat)).reshape(np.shape(x))
-
-
-def smooth_quat(q: Float[ndarray, "T ... 4"], fps: float, half_power_hz: float) -> Float[ndarray, "T ... 4"]:
-    """The same for rotations, on sign-continuous components brought back to unit length.
-
-    An approximation of second order in the turn within the filter's window, which is small at 5 Hz.
-    """
-    return rot.normalise(smooth(rot.continuous(q), fps, half_power_hz))

@@ -6,11 +6,11 @@ number, legs over legs.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import HumanClip
@@ -44,6 +44,18 @@ class Targets:
     limbs: Mapping[tuple[str, str], Float[ndarray, "T 3"]]  # (from, to) -> vector of the robot's length [m]
     feet: FootTargets
 
+    def at(self, frames: Int[ndarray, "F"]) -> Targets:
+        """The same goals on some of the frames."""
+        feet = FootTargets(**{f.name: getattr(self.feet, f.name)[frames] for f in fields(FootTargets)})
+        return replace(
+            self,
+            pelvis_pos=self.pelvis_pos[frames],
+            pelvis_quat=self.pelvis_quat[frames],
+            torso_quat=self.torso_quat[frames],
+            limbs={k: v[frames] for k, v in self.limbs.items()},
+            feet=feet,
+        )
+
 
 def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config: RetargetConfig) -> Targets:
     """Lay the source out in the robot's proportions with its feet locked."""
@@ -68,6 +80,27 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
         torso_quat=rot.multiply(torso, np.broadcast_to(zero_quat[robot.landmark("torso")], torso.shape)),
         limbs=_limbs(clip, robot, zero_pos),
         feet=feet,
+    )
+
+
+def joined(parts: Sequence[Targets]) -> Targets:
+    """One after the other, in one world."""
+
+    def along(pick: Callable[[Targets], ndarray]) -> ndarray:
+        return np.concatenate([pick(p) for p in parts])
+
+    return replace(
+        parts[0],
+        pelvis_pos=along(lambda p: p.pelvis_pos),
+        pelvis_quat=rot.continuous(along(lambda p: p.pelvis_quat)),
+        torso_quat=rot.continuous(along(lambda p: p.torso_quat)),
+        limbs={k: np.concatenate([p.limbs[k] for p in parts]) for k in parts[0].limbs},
+        feet=FootTargets(
+            pos=along(lambda p: p.feet.pos),
+            quat=rot.continuous(along(lambda p: p.feet.quat)),
+            contact=along(lambda p: p.feet.contact),
+            shift=along(lambda p: p.feet.shift),
+        ),
     )
 
 

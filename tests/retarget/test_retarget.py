@@ -12,7 +12,7 @@ from clips.source import ClipSource
 from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, measure, retarget
 from retarget.contacts import find_contacts
 from retarget.robot_source import as_figure
-from retarget.smooth import smooth, smooth_quat
+from retarget.smooth import smooth
 from robot_models import load_robot, sole_edges
 from robot_models import rotation as rot
 
@@ -181,25 +181,18 @@ def test_the_smoother_keeps_quadratics_and_halves_its_frequency():
         assert kept == pytest.approx(gain, abs=0.03)
 
 
-def test_smoothed_rotations_stay_unit():
-    q = rot.exp(np.stack((np.sin(np.arange(100) / 9), 0.2 * np.arange(100) / 9, np.zeros(100)), axis=1))
-    out = smooth_quat(q, 50.0, 5.0)
-    np.testing.assert_allclose(np.linalg.norm(out, axis=1), 1.0)
-    assert rot.angle_between(out, q).max() < 0.02
-
-
 def test_impossible_settings_are_refused():
     with pytest.raises(RetargetError, match="fps"):
         RetargetConfig(fps=1.0)
-    with pytest.raises(RetargetError, match="smooth_hz"):
-        RetargetConfig(smooth_hz=-3.0)
+    with pytest.raises(RetargetError, match="reach"):
+        RetargetConfig(reach=-3.0)
 
 
 def test_provenance_travels_into_the_reference(groove):
     meta = groove.reference.meta
     assert meta["source"]["file"] == "groove.bvh" and len(meta["source"]["sha256"]) == 64
     assert any("fps" in f["what"] for f in meta["source"]["findings"])
-    assert meta["config"]["ik"]["weights"]["foot_position"] > 0
+    assert meta["config"]["weights"]["planted"] > 0
     assert isinstance(groove.source.source, ClipSource)
 
 

@@ -1,0 +1,134 @@
+"""Hard limits of joint position, speed and acceleration, as constraints of the whole-clip solver.
+
+Each bounds a time difference of the joint angles, of order 0, 1 or 2. The quadratic problem of a Gauss-Newton step is
+solved with these bounds by the primal-dual active-set method (Hintermueller, Ito, Kunisch 2002): rows of the set are
+held at their bound by a stiff spring whose force is the multiplier; a row whose spring is slack leaves, a row beyond
+its bound joins.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray
+
+from retarget.band import REACH, BandedSystem, spread_back, widened
+from retarget.config import WholeClipConfig
+from robot_models import RobotModel
+
+# Springs that hold rows of order 0, 1 and 2: violations are forces over these. Stiffer ones make the active sets of
+# speed and acceleration cycle where joints have little room.
+_SPRINGS = (1e6, 1e5, 3e4)
+_ROUNDING = 1e-7
+_SLACK = 1e-3  # of a bound's width
+_MOST_ROUNDS = 20
+_HELD = 1e10  # keeps a frame where it is
+
+
+class Bound:
+    """lower <= order-th time difference of the joint angles <= upper."""
+
+    def __init__(self, name: str, order: int, lower: Float[ndarray, "J"], upper: Float[ndarray, "J"], side: ndarray):
+        self.name, self.order, self.lower, self.upper = name, order, lower, upper
+        self._side: ndarray = side  # (T - order, J): -1 held below, 1 held above
+        self._joined = np.ones(len(side), dtype=bool)  # rows of consecutive frames
+
+    def part(self, frames: Int[ndarray, "F"]) -> Bound:
+        """The bound on some of the frames; rows across a gap between them bind nothing."""
+        out = Bound(self.name, self.order, self.lower, self.upper, self._side[:0])
+        first = frames[: max(0, len(frames) - self.order)]
+        out._joined = frames[self.order :] - first == self.order
+        out._side = np.where(out._joined[:, None], self._side[np.minimum(first, len(self._side) - 1)], 0)
+        return out
+
+    def take(self, part: Bound, frames: Int[ndarray, "F"]) -> None:
+        """Take over the active set of a part."""
+        first = frames[: len(part._side)][part._joined]
+        self._side[first] = part._side[part._joined]
+
+    def add_to(self, system: BandedSystem, gradient: Float[ndarray, "T n"], joints: Float[ndarray, "T J"]) -> None:
+        """Add the springs of the held rows, for a step from `joints`."""
+        if self._side.any():
+            weight = _SPRINGS[self.order] * (self._side != 0)
+            first = gradient.shape[1] - joints.shape[1]
+            system.add_differences(self.order, weight, first)
+            stretch = np.diff(joints, self.order, axis=0) - self._held()
+            gradient[:, first:] += spread_back(weight * stretch, self.order)
+
+    def update(self, joints: Float[ndarray, "T J"]) -> int:
+        """Let rows join and leave by a solution; how many did."""
+        value = np.diff(joints, self.order, axis=0)
+        beyond = np.where(value > self.upper + _ROUNDING, 1, np.where(value < self.lower - _ROUNDING, -1, 0))
+        taut = self._side * (value - self._held()) > 0.0
+        side = np.where(self._side != 0, self._side * taut, beyond)
+        side[~self._joined] = 0
+        changed = int((side != self._side).sum())
+        self._side = side
+        return changed
+
+    def excess(self, joints: Float[ndarray, "T J"]) -> Bool[ndarray, "Td J"]:
+        """Which rows are beyond their bound by more than its margin forgives."""
+        value, slack = np.diff(joints, self.order, axis=0), _SLACK * (self.upper - self.lower)
+        return np.asarray((value > self.upper + slack) | (value < self.lower - slack))
+
+    def touched(self, rows: Bool[ndarray, "Td J"]) -> Bool[ndarray, "T"]:
+        """Frames that take part in some of the rows."""
+        hit = np.asarray(rows.any(axis=1))
+        out: ndarray = np.zeros(len(hit) + self.order, dtype=bool)
+        for k in range(self.order + 1):
+            out[k : k + len(hit)] |= hit
+        return out
+
+    def _held(self) -> ndarray:
+        return np.where(self._side > 0, self.upper, self.lower)
+
+
+def joint_bounds(robot: RobotModel, frames: int, fps: float, config: WholeClipConfig) -> list[Bound]:
+    """The robot's limits over a clip, each kept with a margin so that rounding cannot break it."""
+    lower, upper = robot.ranges(config.limit_margin)
+    speed = config.speed_share * robot.velocity / fps
+    turn = config.acceleration_share * robot.acceleration / fps**2
+    limits = (("position", lower, upper), ("speed", -speed, speed), ("acceleration", -turn, turn))
+    return [
+        Bound(name, order, low, high, np.zeros((max(0, frames - order), len(low)), dtype=np.int8))
+        for order, (name, low, high) in enumerate(limits)
+    ]
+
+
+def kept(bounds: list[Bound], joints: Float[ndarray, "T J"], reach: int) -> Float[ndarray, "T J"]:
+    """The nearest motion within all bounds, changed smoothly; only frames within `reach` of a broken one change."""
+    broken = np.any([b.touched(b.excess(joints)) for b in bounds], axis=0)
+    if not broken.any():
+        return joints
+    moving = widened(broken, reach)
+    frames = np.flatnonzero(widened(moving, REACH))
+    part, start = [b.part(frames) for b in bounds], joints[frames]
+    # Where the limits leave hardly any way, a smoother motion finds one.
+    for smoothness in (0.0, 0.5, 0.9, 0.99, 0.999, 0.9999):
+        step, settled = _within(part, start, moving[frames], smoothness)
+        if settled:
+            break
+    out = np.array(joints)
+    out[frames] += step
+    return out
+
+
+def _within(bounds: list[Bound], start: ndarray, moving: ndarray, smoothness: float) -> tuple[ndarray, bool]:
+    """The small and smooth step within the bounds, and whether the active sets came to rest.
+
+    smoothness weighs the third differences of the motion against the size of the step.
+    """
+    stay = np.where(moving, 1.0 - smoothness, _HELD)
+    free = BandedSystem(stay[:, None, None] * np.eye(start.shape[1]))
+    rough, step = np.zeros_like(start), np.zeros_like(start)
+    if len(start) > REACH:
+        free.add_differences(REACH, np.ones((len(start) - REACH, start.shape[1])))
+        rough = spread_back(smoothness * np.diff(start, REACH, axis=0), REACH)
+    for _ in range(_MOST_ROUNDS):
+        system, pull = free.copy(), rough.copy()
+        for bound in bounds:
+            bound.add_to(system, pull, start)
+        step = -system.solve(pull)
+        if not sum(bound.update(start + step) for bound in bounds):
+            return step, True
+    return step, False

@@ -1,0 +1,151 @@
+"""Soles and bodies kept out of the floor and out of one another, in the whole-clip solver.
+
+Every place where two surfaces are near gives one linearised inequality, gap >= wanted. It joins the active set of a
+step when the step would break it, and acts as a spring then: firm enough to part bodies, soft enough not to jolt.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass, fields
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray
+
+from retarget.band import BandedSystem
+from robot_models import RobotModel, sole_corners
+from robot_models import rotation as rot
+from robot_models.build import BODY_BIT
+from robot_models.jacobians import Kinematics, ancestors
+
+WORLD = -1
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Places:
+    """N places where surfaces are near, sorted by frame. Bodies are places in `body_names`, or WORLD."""
+
+    frame: Int[ndarray, "N"]
+    first: Int[ndarray, "N"]
+    second: Int[ndarray, "N"]
+    point: Float[ndarray, "N 3"]  # between the surfaces, world [m]
+    normal: Float[ndarray, "N 3"]  # unit, from first to second
+    gap: Float[ndarray, "N"]  # [m], negative where they overlap
+
+    def where(self, mask: Bool[ndarray, "N"]) -> Places:
+        """Some of the places."""
+        return Places(**{f.name: getattr(self, f.name)[mask] for f in fields(Places)})
+
+
+class Clearance:
+    """gap >= wanted at some places, linearised about one configuration of the clip."""
+
+    def __init__(self, places: Places, kin: Kinematics, wanted: float, stiffness: float) -> None:
+        self._gap, self._wanted, self._stiffness = places.gap, wanted, stiffness
+        self._frame = places.frame
+        self._rows = _rows(places, kin)
+        self._active = places.gap < wanted
+
+    def add_to(self, system: BandedSystem, gradient: Float[ndarray, "T nv"]) -> None:
+        """Add the springs of the places in the active set."""
+        rows, short = self._rows[self._active], (self._gap - self._wanted)[self._active]
+        if not len(rows):
+            return
+        frames, of, count = np.unique(self._frame[self._active], return_inverse=True, return_counts=True)
+        slot = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
+        # One matrix per frame, padded with zero rows: its products come in one batch.
+        stacked = np.zeros((len(frames), count.max(), rows.shape[1]))
+        stacked[of, slot] = rows
+        gaps = np.zeros((len(frames), count.max(), 1))
+        gaps[of, slot, 0] = short
+        across = self._stiffness * stacked.swapaxes(1, 2)
+        system.add_blocks(frames, across @ stacked)
+        gradient[frames] += (across @ gaps)[..., 0]
+
+    def update(self, step: Float[ndarray, "T nv"]) -> int:
+        """Let places join and leave by what a step would do; how many did."""
+        active = self._gap + (self._rows * step[self._frame]).sum(axis=1) < self._wanted
+        changed = int((active != self._active).sum())
+        self._active = active
+        return changed
+
+
+def _rows(places: Places, kin: Kinematics) -> ndarray:
+    """Derivatives of the gaps: n . (velocity of second - velocity of first) at the point."""
+    joints = kin.axes.shape[1]
+    carried = np.vstack((ancestors(kin.robot), np.zeros((1, joints), dtype=bool))).astype(float)
+    rooted = np.append(np.ones(len(carried) - 1), 0.0)
+    t, n = places.frame, places.normal
+    out = np.zeros((len(t), 6 + joints))
+    share = (rooted[places.second] - rooted[places.first])[:, None]
+    out[:, :3] = share * n
+    out[:, 3:6] = share * rot.cross(places.point - kin.pos[t, 0], n)
+    # n . (axis x arm) = axis . (arm x n)
+    turned = rot.cross(places.point[:, None] - kin.anchors[t], np.broadcast_to(n[:, None], kin.axes[t].shape))
+    out[:, 6:] = (carried[places.second] - carried[places.first]) * (kin.axes[t] * turned).sum(axis=-1)
+    return out
+
+
+def low_soles(robot: RobotModel, kin: Kinematics, within: float) -> Places:
+    """Corners of the soles less than `within` over the floor [m]."""
+    corners = sole_corners(robot, kin.pos, kin.quat)
+    frame, foot, corner = np.nonzero(corners[..., 2] < within)
+    bodies = np.array([robot.body(s.body) for s in robot.soles.values()])
+    point = corners[frame, foot, corner]
+    return Places(
+        frame=frame,
+        first=np.full(len(frame), WORLD),
+        second=bodies[foot],
+        point=point,
+        normal=np.tile([0.0, 0.0, 1.0], (len(frame), 1)),
+        gap=point[:, 2],
+    )
+
+
+class Proximity:
+    """MuJoCo's collision pass over the frames of a clip: bodies near one another or near the floor."""
+
+    def __init__(self, robot: RobotModel, within: float) -> None:
+        import mujoco
+
+        self._model = model = copy.copy(robot.model)
+        self._own = (model.geom_contype & BODY_BIT) != 0
+        model.geom_conaffinity[model.geom("floor").id] |= BODY_BIT  # here bodies shall feel the floor
+        model.geom_margin[self._own] = within
+        self._data = mujoco.MjData(model)
+        self._place = robot.place_of_body
+        self._neighbours = np.zeros((len(robot.body_names) + 1,) * 2, dtype=bool)
+        self._neighbours = self._near_at_rest(robot)
+
+    def _near_at_rest(self, robot: RobotModel) -> ndarray:
+        """Pairs of bodies, one carried by the other, that are near in the default pose; the last index is the world."""
+        carried = ancestors(robot)
+        above = (carried[:, None] <= carried[None]).all(axis=2)  # every joint of the first carries the second too
+        kin = np.pad(above | above.T, (0, 1))
+        rest = self(robot.default_qpos[None])
+        near = np.zeros_like(kin)
+        near[rest.first, rest.second] = near[rest.second, rest.first] = True
+        return near & kin
+
+    def __call__(self, qpos: Float[ndarray, "T nq"]) -> Places:
+        """Places nearer than the distance asked for."""
+        import mujoco
+
+        model, data = self._model, self._data
+        found: list[tuple[ndarray, ...]] = []
+        # A loop: MuJoCo's broad phase works on one state at a time.
+        for t, q in enumerate(qpos):
+            data.qpos[:] = q
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_collision(model, data)
+            if data.ncon:
+                c = data.contact
+                found.append((np.full(len(c.dist), t), c.geom + 0, c.pos + 0.0, c.frame[:, :3] + 0.0, c.dist + 0.0))
+        nothing = (np.zeros(0, int), np.zeros((0, 2), int), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
+        frame, geoms, point, normal, gap = (np.concatenate(a) for a in zip(nothing, *found, strict=True))
+        body = self._place[model.geom_bodyid[geoms]]
+        places = Places(frame=frame, first=body[:, 0], second=body[:, 1], point=point, normal=normal, gap=gap)
+        # A link and the one after its neighbour are near by construction: only their overlap counts.
+        by_construction = self._neighbours[places.first, places.second] & (gap > 0.0)
+        return places.where(self._own[geoms].any(axis=1) & ~by_construction)

@@ -1,0 +1,147 @@
+"""What the user states over the clip's head: touches of the feet and joint angles at key frames, as CSV."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips import FREE, PIVOTING, PLANTED
+from clips.files import write_whole
+from clips.runs import runs_of
+from retarget.contacts import Contacts
+from retarget.errors import RetargetError
+from robot_models import CONTACT_NAMES, RobotModel
+
+KINDS = {"free": FREE, "planted": PLANTED, "pivoting": PIVOTING}
+_CONTACT_COLUMNS, _KEY_COLUMNS = ("start", "end", "edge", "kind"), ("time", "joint", "value")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactEdit:
+    """One edge is of this kind from `start` until `end` [s], whatever was detected."""
+
+    start: float
+    end: float
+    edge: str  # left_heel, left_toe, right_heel, right_toe
+    kind: str  # free, planted, pivoting
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeyFrame:
+    """A joint has this angle [rad] at this time [s] of the dance."""
+
+    time: float
+    joint: str
+    value: float
+
+
+def read_contacts(path: Path) -> list[ContactEdit]:
+    """Read touches from a CSV with the columns start, end (seconds of the dance), edge, kind.
+
+    Raises:
+        RetargetError: a column is missing, or a row does not say an edge, a kind or a time.
+    """
+    edits = []
+    for place, row in _rows(path, _CONTACT_COLUMNS):
+        edit = ContactEdit(
+            start=_number(place, row["start"]), end=_number(place, row["end"]), edge=row["edge"], kind=row["kind"]
+        )
+        if edit.edge not in CONTACT_NAMES or edit.kind not in KINDS or edit.end <= edit.start:
+            raise RetargetError(
+                place,
+                found=", ".join(row.values()),
+                expected=f"start before end, an edge of {', '.join(CONTACT_NAMES)}, a kind of {', '.join(KINDS)}",
+            )
+        edits.append(edit)
+    return edits
+
+
+def read_keys(path: Path) -> list[KeyFrame]:
+    """Read key frames from a CSV with the columns time (seconds of the dance), joint, value (radians).
+
+    Raises:
+        RetargetError: a column is missing or a number is none.
+    """
+    return [
+        KeyFrame(time=_number(place, row["time"]), joint=row["joint"], value=_number(place, row["value"]))
+        for place, row in _rows(path, _KEY_COLUMNS)
+    ]
+
+
+def write_contacts(contacts: Contacts, fps: float, path: Path) -> None:
+    """Write the touches as a CSV that `read_contacts` reads: the detected ones, to be edited."""
+    lines = [",".join(_CONTACT_COLUMNS)]
+    for k, edge in enumerate(CONTACT_NAMES):
+        for kind, number in KINDS.items():
+            for a, b in runs_of(contacts.labels[:, k] == number):
+                lines.append(f"{a / fps:.3f},{b / fps:.3f},{edge},{kind}")
+    with write_whole(path) as stream:
+        stream.write(("\n".join(lines) + "\n").encode())
+
+
+def edited(contacts: Contacts, edits: Iterable[ContactEdit], fps: float) -> Contacts:
+    """The touches with the user's own over them; later edits win."""
+    touching, pivoting = contacts.touching.copy(), contacts.pivoting.copy()
+    for edit in edits:
+        frames = slice(max(0, round(edit.start * fps)), max(0, round(edit.end * fps)))
+        edge = CONTACT_NAMES.index(edit.edge)
+        touching[frames, edge] = edit.kind != "free"
+        pivoting[frames, edge // 2] = edit.kind == "pivoting"
+    both = touching.reshape(-1, 2, 2).any(axis=2)
+    return replace(contacts, touching=touching, pivoting=pivoting & both)
+
+
+def pinned(keys: Iterable[KeyFrame], robot: RobotModel, frames: int, fps: float) -> Float[ndarray, "T J"]:
+    """Joint angles of the key frames on the dance's frames [rad], NaN elsewhere.
+
+    Raises:
+        RetargetError: a time outside the dance or an angle beyond the joint's limits; RobotError for an unknown joint.
+    """
+    out = np.full((frames, len(robot.joint_names)), np.nan)
+    for key in keys:
+        j, t = robot.joint(key.joint), round(key.time * fps)
+        if not 0 <= t < frames:
+            raise RetargetError(
+                f"key frame of {key.joint}", found=f"{key.time:g} s", expected=f"0 to {(frames - 1) / fps:.2f} s"
+            )
+        if not robot.lower[j] <= key.value <= robot.upper[j]:
+            raise RetargetError(
+                f"key frame of {key.joint} at {key.time:g} s", found=f"{key.value:g} rad",
+                expected=f"{robot.lower[j]:.3f} to {robot.upper[j]:.3f} rad",
+            )  # fmt: skip
+        out[t, j] = key.value
+    return out
+
+
+def _rows(path: Path, columns: tuple[str, ...]) -> list[tuple[str, Mapping[str, str]]]:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as e:
+        raise RetargetError(str(path), found=str(e), expected="a readable CSV") from e
+    reader = csv.DictReader(text.splitlines(), skipinitialspace=True)
+    if tuple(reader.fieldnames or ()) != columns:
+        raise RetargetError(str(path), found=f"columns {reader.fieldnames}", expected=f"columns {', '.join(columns)}")
+    rows: list[tuple[str, Mapping[str, str]]] = []
+    for number, row in enumerate(reader, start=2):
+        if None in row or None in row.values():
+            raise RetargetError(
+                f"{path}, line {number}", found="too few or too many cells", expected=", ".join(columns)
+            )
+        rows.append((f"{path}, line {number}", row))
+    return rows
+
+
+def _number(place: str, cell: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = float("nan")
+    if not np.isfinite(value):
+        raise RetargetError(place, found=repr(cell), expected="a finite number")
+    return value

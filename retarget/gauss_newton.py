@@ -1,0 +1,183 @@
+"""The lines that move the robot: Gauss-Newton over all frames at once, within joint limits and clearances.
+
+A step is trusted frame by frame: where the linearised goals promised much more than came true, that frame's damping
+grows (Levenberg-Marquardt), and where it came out far worse the step is taken back.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray
+
+from retarget.band import REACH, widened
+from retarget.bounds import joint_bounds, kept
+from retarget.clearance import WORLD, Clearance, Places, Proximity, low_soles
+from retarget.config import Level, WholeClipConfig
+from retarget.goals import Goals
+from retarget.quadratic import constrained_step, quadratic_model
+from robot_models import RobotModel
+from robot_models.jacobians import Kinematics, integrate, kinematics
+
+_NEAR = 0.010  # surfaces nearer than this are watched [m]
+_HELD = 1e10  # damping that lets a frame not move
+_FEET_OFF = 0.3  # squared weighted residual of the feet beyond which a frame is solved again
+_PIN_OFF = 0.005  # of a joint from its key frame, the same [rad]
+_GAP_OFF = 0.001  # a gap that is so much less than wanted, the same [m]
+_COLD_ROUNDS = 6  # of the first iteration's active set
+_FAILED = 2.0  # a step whose frame comes out so many times worse than promised, and
+_SLIGHT = 0.3  # so much, is taken back
+
+
+def refine(
+    robot: RobotModel,
+    goals: Goals,
+    start: Float[ndarray, "T nq"],
+    fps: float,
+    level: Level,
+    config: WholeClipConfig,
+) -> Float[ndarray, "T nq"]:
+    """Improve a motion on one grid: all frames a few times, then the stretches that still move until they rest.
+
+    Args:
+        robot: the robot.
+        goals: what to reach, on the grid's frames.
+        start: where to begin.
+        fps: frames per second of the grid.
+        level: iterations and what to respect.
+        config: the solver's numbers.
+
+    Raises:
+        RetargetError: the problem has no finite solution.
+    """
+    descent = _Descent(robot, goals, start, fps, level, config)
+    margin = max(REACH, round(config.settle_margin_s * fps))
+    for k in range(level.iterations + level.more_iterations):
+        busy = np.ones(len(start), dtype=bool) if k < level.iterations else descent.unsettled(margin)
+        if not busy.any():
+            break
+        descent.iterate(busy)
+    return descent.kept(margin)
+
+
+class _Descent:
+    """The state of the iteration: configurations, trust and active limits of every frame."""
+
+    def __init__(
+        self, robot: RobotModel, goals: Goals, start: ndarray, fps: float, level: Level, config: WholeClipConfig
+    ) -> None:
+        frames = len(start)
+        self._robot, self._goals, self._level, self._config = robot, goals, level, config
+        limits = [config.travel_hz] * 2 + [config.height_hz] + [np.inf] * (robot.model.nv - 3)
+        self._bandwidths = np.minimum(level.smooth_hz, limits) / fps
+        self._bounds = joint_bounds(robot, frames, fps, config)
+        self._proximity = Proximity(robot, _NEAR) if level.clearance else None
+        self._damping = np.full(frames, config.damping)
+        self._before, self._promised = np.full(frames, np.inf), np.full(frames, np.inf)  # squared residuals
+        self.qpos, self._last = np.array(start), np.array(start)
+        self.wanted = np.full(frames, np.inf)  # how far each frame wanted to go in its last iteration [rad or m]
+
+    def unsettled(self, margin: int) -> Bool[ndarray, "T"]:
+        """Frames that still move, or that have not been solved and miss something that must hold, and those around."""
+        if np.isinf(self.wanted).all():
+            self.wanted = np.where(self._missed(), np.inf, 0.0)
+        return widened(self.wanted > self._config.settled, margin)
+
+    def _missed(self) -> ndarray:
+        kin = kinematics(self._robot, self.qpos)
+        residual, _, body_rows = self._goals.rows(kin)
+        missed = _squared(residual[:, body_rows:]) > _FEET_OFF
+        pinned = self._goals.posture_weight > self._goals.weights.posture
+        missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._goals.posture) > _PIN_OFF)).any(axis=1)
+        for bound in self._bounds:
+            missed |= bound.touched(bound.excess(self.qpos[:, 7:]))
+        for places, wanted in _near_places(self.qpos, kin, self._proximity, self._config):
+            missed[places.frame[places.gap < wanted - _GAP_OFF]] = True
+        return missed
+
+    def kept(self, margin: int) -> Float[ndarray, "T nq"]:
+        """The result without steps that failed, moved into the joint limits where it still leaves them."""
+        moved = np.flatnonzero(self.wanted > self._config.settled)
+        if len(moved):
+            self._evaluated(moved)
+        return np.concatenate((self.qpos[:, :7], kept(self._bounds, self.qpos[:, 7:], 2 * margin)), axis=1)
+
+    def iterate(self, moving: Bool[ndarray, "T"]) -> None:
+        """One Gauss-Newton step of some frames; the others stand still."""
+        config = self._config
+        # The frames beside a stretch take part in its problem, held; so held, they also part one stretch from the next.
+        frames = np.flatnonzero(widened(moving, REACH))
+        goals = self._goals.at(frames)
+        came, kin, residual, jacobian, body_rows = self._evaluated(frames)
+        qpos = self.qpos[frames]
+        damping = self._trust(frames, came)
+        bounds = [bound.part(frames) for bound in self._bounds]
+        clearances = _clearances(qpos, kin, self._proximity, config)
+        held = np.where(moving[frames], damping, _HELD)
+        system, gradient = quadratic_model(goals, qpos, residual, jacobian, body_rows, held, self._bandwidths)
+        rounds = _COLD_ROUNDS if np.isinf(self._before).all() else self._level.rounds
+        step = constrained_step(system, gradient, qpos[:, 7:], bounds, clearances, rounds)
+        self.wanted[frames] = np.abs(step).max(axis=1)
+        step *= _share(self.wanted[frames], config.largest_turn)[:, None]
+        self._before[frames] = _squared(residual)
+        self._promised[frames] = _squared(residual + (jacobian @ step[..., None])[..., 0])
+        self._last[frames], self.qpos[frames] = qpos, integrate(qpos, step)
+        for whole, bound in zip(self._bounds, bounds, strict=True):
+            whole.take(bound, frames)
+
+    def _evaluated(self, frames: ndarray) -> tuple[ndarray, Kinematics, ndarray, ndarray, int]:
+        """What came of the last step, squared, and the goals' rows after failed frames were taken back."""
+        goals, kin = self._goals.at(frames), kinematics(self._robot, self.qpos[frames])
+        residual, jacobian, body_rows = goals.rows(kin)
+        came = _squared(residual)
+        failed = widened(came > _FAILED * np.maximum(self._before[frames], self._promised[frames]) + _SLIGHT, 5)
+        if failed.any():
+            self.qpos[frames[failed]] = self._last[frames[failed]]
+            kin = kinematics(self._robot, self.qpos[frames])
+            residual, jacobian, body_rows = goals.rows(kin)
+        return came, kin, residual, jacobian, body_rows
+
+    def _trust(self, frames: ndarray, came: ndarray) -> ndarray:
+        """More damping where less came true than was promised, and around there; less elsewhere."""
+        before, promised, damping = self._before[frames], self._promised[frames], self._damping[frames]
+        tried = np.isfinite(promised)
+        poor = np.zeros(len(frames), dtype=bool)
+        came, before, promised = came[tried], before[tried], promised[tried]
+        poor[tried] = came - promised > 0.25 * np.abs(before - promised) + 3e-3
+        changed = np.where(widened(poor, 2), 4.0 * np.maximum(damping, 0.03), damping / 3.0)
+        self._damping[frames] = np.where(tried, np.clip(changed, 1e-4, 100.0), damping)
+        return self._damping[frames]
+
+
+def _near_places(
+    qpos: ndarray, kin: Kinematics, proximity: Proximity | None, config: WholeClipConfig
+) -> list[tuple[Places, float]]:
+    """Where soles and bodies come near to something, and the gap that shall remain."""
+    if proximity is None:
+        return []
+    bodies = proximity(qpos)
+    on_floor = (bodies.first == WORLD) | (bodies.second == WORLD)
+    return [
+        (low_soles(kin.robot, kin, _NEAR), config.floor_gap),
+        (bodies.where(on_floor), config.floor_gap),
+        (bodies.where(~on_floor), config.body_gap),
+    ]
+
+
+def _clearances(
+    qpos: ndarray, kin: Kinematics, proximity: Proximity | None, config: WholeClipConfig
+) -> list[Clearance]:
+    springs = (config.floor_spring**2, config.floor_spring**2, config.body_spring**2)
+    found = _near_places(qpos, kin, proximity, config)
+    return [Clearance(places, kin, gap, k) for (places, gap), k in zip(found, springs, strict=False)]
+
+
+def _share(wanted: ndarray, largest: float) -> ndarray:
+    """How much of each frame's step is taken: as little as a neighbour's, so that frames do not part."""
+    from scipy.ndimage import minimum_filter1d
+
+    return np.asarray(minimum_filter1d(np.minimum(1.0, largest / np.maximum(wanted, 1e-9)), 2 * REACH + 1))
+
+
+def _squared(residual: ndarray) -> ndarray:
+    return np.square(residual).sum(axis=1)

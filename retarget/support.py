@@ -1,0 +1,88 @@
+"""Where the soles touch, and how far a point on the floor is from what they stand on.
+
+P sole points are the profile's contact points, the left foot's first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray
+
+from clips import FREE, Reference
+from robot_models import CONTACT_NAMES, FEET, RobotModel
+from robot_models import rotation as rot
+
+_HIGH = 0.03  # a point higher than this carries nothing, whatever its label says [m]
+_LOW, _SLOW = 0.01, 0.3  # an unlabelled point lower [m] and slower [m/s] than this carries all the same
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolePoints:
+    """The soles' contact points through time. T frames, P points."""
+
+    pos_w: Float[ndarray, "T P 3"]  # [m]
+    touching: Bool[ndarray, "T P"]  # may carry force
+    yaw: Float[ndarray, "T P"]  # heading of the point's foot [rad]
+    body: tuple[int, ...]  # place in `body_names` of the body that carries each point
+
+
+def pieces(reference: Reference) -> list[tuple[int, int]]:
+    """Half-open frame ranges that are continuous in time; nothing differentiates across their ends."""
+    starts = sorted({0, *(int(s) for s, _, joined in reference.segments if not joined and s < reference.frames)})
+    return list(zip(starts, [*starts[1:], reference.frames], strict=True))
+
+
+def sole_points(reference: Reference, robot: RobotModel) -> SolePoints:
+    """Where the sole points are and which may carry force.
+
+    A point touches if the label of its edge says planted or pivoting, or if it is lower than 1 cm and slower than
+    0.3 m/s: labels come from the source and may miss a touch. It may carry force in those frames and in the ones next
+    to them, because a second difference is the mean acceleration between the neighbours of its frame. Whatever is
+    3 cm above the floor carries nothing.
+
+    Args:
+        reference: the motion.
+        robot: its robot.
+    """
+    places, offsets, edges = [], [], []
+    for side in FEET:
+        sole = robot.soles[side]
+        for x, y in sole.points:
+            places.append(robot.body(sole.body))
+            offsets.append((x, y, sole.z))
+            edges.append(CONTACT_NAMES.index(f"{side}_{'heel' if x < 0.5 * sum(sole.x) else 'toe'}"))
+    quat = rot.normalise(np.asarray(reference.body_quat_w, dtype=float))[:, places]
+    pos = reference.body_pos_w[:, places] + rot.rotate(quat, np.broadcast_to(offsets, (*quat.shape[:2], 3)))
+    velocity = [rot.linear_velocity(pos[a:b], 1.0 / reference.fps) for a, b in pieces(reference)]
+    speed = np.linalg.norm(np.concatenate(velocity), axis=-1)
+    height = pos[..., 2]
+    touches = (reference.contact[:, edges] != FREE) | ((height < _LOW) & (speed < _SLOW))
+    near = touches.copy()
+    for a, b in pieces(reference):
+        near[a + 1 : b] |= touches[a : b - 1]
+        near[a : b - 1] |= touches[a + 1 : b]
+    return SolePoints(pos_w=pos, touching=near & (height < _HIGH), yaw=rot.yaw(quat), body=tuple(places))
+
+
+def outside_support(
+    point: Float[ndarray, "T 2"], feet: Float[ndarray, "T P 2"], touching: Bool[ndarray, "T P"]
+) -> Float[ndarray, "T"]:
+    """Distance of a point on the floor from the convex hull of the touching sole points [m]; 0 inside.
+
+    The hull's rim is made of segments between its points, and every such segment lies in it, so the least distance
+    to all of them is the distance to the hull. A point is inside unless all others lie on one side of a line through
+    it. Frames without a touching point or with NaN give 0.
+    """
+    first = np.take_along_axis(feet, touching.argmax(axis=1)[:, None, None], axis=1)
+    corners = np.where(touching[..., None], feet, first)
+    a, b = np.triu_indices(feet.shape[1], 1)
+    start, along, to = corners[:, a], corners[:, b] - corners[:, a], point[:, None] - corners[:, a]
+    share = np.clip(np.sum(to * along, axis=-1) / np.maximum(np.sum(along**2, axis=-1), 1e-18), 0.0, 1.0)
+    distance = np.linalg.norm(start + share[..., None] * along - point[:, None], axis=-1).min(axis=1)
+    seen = np.sort(np.arctan2(*np.moveaxis(corners - point[:, None], -1, 0)[::-1]), axis=1)
+    gaps = np.diff(seen, axis=1, append=seen[:, :1] + 2.0 * np.pi)
+    outside = (gaps.max(axis=1) > np.pi) & touching.any(axis=1) & np.isfinite(point).all(axis=1)
+    return np.where(outside, distance, 0.0)

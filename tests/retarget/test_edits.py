@@ -1,0 +1,131 @@
+"""The user's own touches, key frames, tempo and side."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from conftest import SAMPLES
+
+from clips import ClipError, at_speed, cut, mirrored, read_clip, warped, without_false_start
+from retarget import (
+    FitConfig,
+    KeyFrame,
+    RetargetConfig,
+    RetargetError,
+    fitted,
+    read_contacts,
+    read_keys,
+    retarget,
+    write_contacts,
+)
+from retarget.contacts import find_contacts
+from retarget.edits import edited
+from retarget.fit import pace_for
+
+SHORT = RetargetConfig(lead_in_s=0.0, lead_out_s=0.0)
+
+
+@pytest.fixture(scope="module")
+def clip():
+    return cut(read_clip(SAMPLES / "groove.bvh"), 0.0, 2.0)
+
+
+def test_written_touches_read_back_as_the_same(groove, tmp_path):
+    write_contacts(groove.contacts, 50.0, tmp_path / "c.csv")
+    nothing = find_contacts(groove.source, SHORT.contact)
+    again = edited(nothing, read_contacts(tmp_path / "c.csv"), 50.0)
+    np.testing.assert_array_equal(again.labels, groove.contacts.labels)
+
+
+def test_stated_touches_win_over_detected_ones(clip, dancer, tmp_path):
+    (tmp_path / "c.csv").write_text("start,end,edge,kind\n0.5,1.0,left_heel,free\n0.5,1.0,left_toe,pivoting\n")
+    result = retarget(clip, dancer, SHORT, contacts=read_contacts(tmp_path / "c.csv"))
+    assert (result.reference.contact[25:50, 0] == 0).all() and (result.reference.contact[25:50, 1] == 2).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("start,end,edge\n0,1,left_toe\n", "columns"),
+        ("start,end,edge,kind\n0,1,left_tow,free\n", "line 2"),
+        ("start,end,edge,kind\n0,1,left_toe,stuck\n", "planted"),
+        ("start,end,edge,kind\n1,0,left_toe,free\n", "start before end"),
+        ("start,end,edge,kind\n0,nan,left_toe,free\n", "finite"),
+        ("start,end,edge,kind\n0,1,left_toe\n", "too few"),
+    ],
+)
+def test_bad_touches_are_refused_with_their_line(tmp_path, text, match):
+    (tmp_path / "c.csv").write_text(text)
+    with pytest.raises(RetargetError, match=match):
+        read_contacts(tmp_path / "c.csv")
+
+
+def test_key_frames_are_respected_and_smooth(clip, dancer, tmp_path):
+    j = dancer.joint("left_elbow")
+    free = retarget(clip, dancer, SHORT).reference
+    wanted = float(free.joint_pos[50, j]) + (0.4 if free.joint_pos[50, j] + 0.4 < dancer.upper[j] else -0.4)
+    (tmp_path / "k.csv").write_text(f"time,joint,value\n1.0,left_elbow,{wanted}\n")
+    result = retarget(clip, dancer, SHORT, keys=read_keys(tmp_path / "k.csv"))
+    assert result.reference.joint_pos[50, j] == pytest.approx(wanted, abs=0.02)
+    assert result.report.passed, result.report.failures
+    np.testing.assert_allclose(result.reference.joint_pos[:10], free.joint_pos[:10], atol=0.02)
+
+
+@pytest.mark.parametrize(("time", "value", "match"), [(9.0, 0.0, "9 s"), (1.0, 9.0, "rad")])
+def test_key_frames_that_cannot_be_are_refused(clip, dancer, time, value, match):
+    with pytest.raises(RetargetError, match=match):
+        retarget(clip, dancer, SHORT, keys=[KeyFrame(time=time, joint="left_elbow", value=value)])
+
+
+def test_mirrored_twice_is_the_clip(clip):
+    again = mirrored(mirrored(clip))
+    np.testing.assert_array_equal(again.positions, clip.positions)
+    np.testing.assert_array_equal(again.orientations, clip.orientations)
+    assert again.landmarks == clip.landmarks
+
+
+def test_a_mirrored_clip_gives_the_mirrored_dance(clip, dancer):
+    plain, other = retarget(clip, dancer, SHORT).reference, retarget(mirrored(clip), dancer, SHORT).reference
+    for name in ("elbow", "knee", "hip_pitch", "shoulder_pitch"):
+        a, b = (r.joint_pos[:, dancer.joint(f"{s}_{name}")] for r, s in ((plain, "left"), (other, "right")))
+        assert np.abs(np.abs(a) - np.abs(b)).mean() < 0.02, name
+
+
+def test_speed_changes_the_length_and_not_the_path(clip):
+    slow = at_speed(clip, 0.5)
+    assert (slow.frames, slow.fps) == (clip.frames, clip.fps / 2)
+    with pytest.raises(ClipError, match="positive"):
+        at_speed(clip, 0.0)
+
+
+def test_a_warped_clip_takes_the_time_that_its_pace_says(clip):
+    slow = warped(clip, np.full(clip.frames, 0.5))
+    assert slow.frames == 2 * clip.frames - 1 and slow.fps == clip.fps
+    np.testing.assert_allclose(slow.positions[::2], clip.positions, atol=1e-9)
+
+
+def test_pace_leaves_alone_what_is_easy_and_what_flies():
+    score, flight = np.zeros(200), np.zeros(200, dtype=bool)
+    score[100], score[180], flight[175:185] = 3.0, 3.0, True
+    pace = pace_for(score, flight, 50.0, FitConfig())
+    assert pace[100] < 0.65 and (pace[:60] > 0.99).all() and (pace[175:185] == 1.0).all()
+
+
+def test_fitting_slows_a_hurried_dance_until_physics_allows_it(dancer):
+    pytest.importorskip("pinocchio")
+    hurried = at_speed(cut(read_clip(SAMPLES / "groove.bvh"), 7.0, 9.5), 2.0)
+    plain, slowed = retarget(hurried, dancer, SHORT), fitted(hurried, dancer, SHORT)
+    impossible = [(r.dynamics.score >= 1.0).sum() for r in (plain, slowed)]
+    assert impossible[0] > 5  # the control
+    assert impossible[1] < 0.3 * impossible[0]
+    assert slowed.reference.frames > plain.reference.frames
+    assert any("paced" in c for c in slowed.source.source.conversions)
+
+
+def test_a_false_start_is_left_out_and_noted(clip):
+    away = clip.positions.copy()
+    away[0] += [3.0, 0.0, 0.0]
+    kept = without_false_start(dataclasses.replace(clip, positions=away))
+    assert kept.frames == clip.frames - 1 and "left out" in kept.source.conversions[-1]
+    np.testing.assert_array_equal(kept.positions, clip.positions[1:])
+    assert without_false_start(clip) is clip
