@@ -1,6 +1,6 @@
 """How good are the references, beside the loop that the field runs? The same clip, targets and judge for both.
 
-    python benchmarks/retarget_quality.py CLIP [CLIP ...] [--robot g1] [--seconds 40]
+    python benchmarks/retarget_quality.py CLIP [CLIP ...] [--robots g1,dancer] [--seconds 40]
 
 Loop B, the per-frame baseline: mink FrameTasks on the same bodies, two weighted passes of up to 10 iterations each,
 daqp, damping 0.5, stop when the error falls by less than 1e-3, position limits only; feet where the source has them.
@@ -20,7 +20,7 @@ import mink
 import numpy as np
 from numpy import ndarray
 
-from clips import ReadOptions, RobotClip, cut, make_reference, read_clip, resample
+from clips import ReadOptions, RobotClip, cut, make_reference, read_clip, resample, without_false_start
 from clips.place import recentred
 from retarget import RetargetConfig, measure, retarget
 from retarget.contacts import find_contacts
@@ -31,37 +31,43 @@ from robot_models import FEET, RobotModel, load_robot
 ROWS = (
     "frames under the floor", "deepest point under the floor", "speed of a touching edge, mean", "slide per touch, mean",
     "slide per touch, worst", "height of a touching edge, mean", "joint speed, share of the motor's",
-    "joint jerk, p95", "deepest self-collision", "airborne frames", "airborne frames of the source", "limb direction error",
+    "joint acceleration, share of the motor's", "joint jerk, p95", "frames with self-collision", "deepest self-collision",
+    "airborne frames", "airborne frames of the source", "limb direction error",
 )  # fmt: skip
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("clips", type=Path, nargs="+")
-    parser.add_argument("--robot", default="g1")
+    parser.add_argument("--robots", default="g1,dancer")
     parser.add_argument("--seconds", type=float, default=40.0)
     parser.add_argument("--fps", type=float, default=None, help="of clips that do not say")
+    parser.add_argument("--recordings", type=Path, default=None, help="folder for side-by-side recordings")
     args = parser.parse_args()
-    robot = load_robot(args.robot)
     for path in args.clips:
-        compare(path, robot, args.seconds, args.fps)
+        for name in args.robots.split(","):
+            compare(path, load_robot(name), args.seconds, args.fps, args.recordings)
 
 
-def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None) -> None:
+def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, recordings: Path | None) -> None:
     config = replace(RetargetConfig(), lead_in_s=0.0, lead_out_s=0.0)
     clip = cut(read_clip(path, ReadOptions(fps=fps)), 0.0, seconds)
-    recorded = recentred(resample(clip, config.fps))
+    recorded = recentred(resample(without_false_start(clip), config.fps))
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
     contacts = find_contacts(source, config.contact)
     none = replace(contacts, touching=np.zeros_like(contacts.touching), pivoting=np.zeros_like(contacts.pivoting))
     free = make_targets(source, none, robot, config)
     qpos, rate_b = timed(lambda: loop_b(robot, free), source.frames)
     segments = np.array([[0, source.frames, 0]])
-    contact = np.zeros((source.frames, 4), dtype=int)
-    baseline = make_reference(robot, qpos, config.fps, contact=contact, segments=segments, meta={})
+    baseline = make_reference(robot, qpos, config.fps, contact=contacts.labels, segments=segments, meta={})
     judged_b = {m.name: m for m in measure(baseline, robot, source, config.gates).metrics}
     ours, rate = timed(lambda: retarget(clip, robot, config), source.frames)
     judged = {m.name: m for m in ours.report.metrics}
+    if recordings is not None:
+        from cli.show import save_comparison
+
+        both = {"loop B": baseline, "whole clip": ours.reference}
+        save_comparison(recordings / f"{path.stem}_{robot.name}.rrd", robot, source, both)
     print(f"\n{path.name} on {robot.name}, {source.frames / config.fps:.0f} s at {config.fps:g} frames/s\n")
     print("| | loop B | ours |\n|---|---|---|")
     print(f"| frames/s | {rate_b:.0f} | {rate:.0f} |")

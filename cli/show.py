@@ -84,6 +84,48 @@ def save_training(
         _send_blueprint(log, [_plot("body position error [mm]", "plots/rollout/body-position-error-mm"), *plots])
 
 
+def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references: Mapping[str, Reference]) -> None:
+    """Several references of one clip side by side, the source at their left; touching soles that slide are red.
+
+    The references' contact labels decide what touches: give all of them the source's.
+    """
+    from retarget.config import Gates
+    from retarget.report import measure
+
+    first = next(iter(references.values()))
+    with _recording(path, f"{robot.name}: {' | '.join(references)}") as log:
+        index = _index(np.arange(first.frames), first.fps)
+        _scene(log, first.body_pos_w[:, 0], index, first.fps)
+        _source(log, source, 0)
+        parts, plots = visual_parts(robot), []
+        for k, (name, reference) in enumerate(references.items()):
+            root = f"world/{_slug(name)}"
+            aside_m = np.array([0.0, -_SIDE_M * k, 0.0])
+            _robot(log, root, robot, parts)
+            _move(log, root, robot, reference.body_pos_w + aside_m, reference.body_quat_w, index)
+            _soles(log, robot, reference, index, root)
+            _label(log, f"{root}-name", name, reference.body_pos_w[:, 0] + aside_m, index)
+            series = measure(reference, robot, source, Gates()).series
+            worst = series["slide of touching edges [m/s]"].max(axis=1)
+            _curves(log, f"plots/{_slug(name)}", {"slide": worst}, index)
+            plots.append(_plot(f"sliding of a touching edge [m/s]: {name}", f"plots/{_slug(name)}/slide"))
+        log.log(
+            "report",
+            _markdown("Soles: green planted, orange pivoting, red sliding while the source's foot stands."),
+            static=True,
+        )
+        _send_blueprint(log, plots, eye=(4.2, -0.9, 1.6))
+
+
+def _label(log: Log, entity: str, text: str, root_pos: ndarray, index: list[Any]) -> None:
+    """A name over a figure's head."""
+    import rerun as rr
+
+    log.log(entity, rr.Points3D.from_fields(radii=[0.001], labels=[text], show_labels=True), static=True)
+    above = (root_pos + np.array([0.0, 0.0, 0.75])).astype(np.float32)
+    log.send_columns(entity, index, rr.Points3D.columns(positions=above))
+
+
 @contextmanager
 def _recording(path: Path, title: str) -> Iterator[Log]:
     # Before the import: without the wall clock, what is written depends on the motion alone.
@@ -182,7 +224,7 @@ def _move(log: Log, root: str, robot: RobotModel, pos: ndarray, quat: ndarray, i
         )
 
 
-def _soles(log: Log, robot: RobotModel, reference: Reference, index: list[Any]) -> None:
+def _soles(log: Log, robot: RobotModel, reference: Reference, index: list[Any], root: str = "world/robot") -> None:
     """Half soles in the colour of their contact: green planted, orange pivoting, red sliding while planted."""
     import rerun as rr
 
@@ -196,7 +238,7 @@ def _soles(log: Log, robot: RobotModel, reference: Reference, index: list[Any]) 
         sole = robot.soles[side]
         middle = 0.5 * sum(sole.x)
         for e, (edge, x) in enumerate((("heel", (sole.x[0], middle)), ("toe", (middle, sole.x[1])))):
-            entity = f"world/robot/{sole.body}/{edge}"
+            entity = f"{root}/{sole.body}/{edge}"
             half = [0.5 * (x[1] - x[0]), 0.5 * (sole.y[1] - sole.y[0]), 0.006]
             centre = [0.5 * sum(x), 0.5 * sum(sole.y), sole.z + 0.006]
             log.log(entity, rr.Boxes3D.from_fields(half_sizes=[half], centers=[centre], fill_mode="solid"), static=True)
@@ -290,7 +332,9 @@ def _bars(name: str, origin: str) -> Callable[[Any], Any]:
     return lambda rrb: rrb.BarChartView(name=name, origin=f"/{origin}", plot_legend=rrb.PlotLegend(visible=False))
 
 
-def _send_blueprint(log: Log, plots: Sequence[Callable[[Any], Any]]) -> None:
+def _send_blueprint(
+    log: Log, plots: Sequence[Callable[[Any], Any]], eye: tuple[float, float, float] = (2.5, -0.7, 1.25)
+) -> None:
     import rerun.blueprint as rrb
 
     view = rrb.Spatial3DView(
@@ -300,7 +344,7 @@ def _send_blueprint(log: Log, plots: Sequence[Callable[[Any], Any]]) -> None:
         background=rrb.Background(color=(24, 27, 33)),
         line_grid=rrb.LineGrid3D(visible=False),
         eye_controls=rrb.EyeControls3D(
-            kind=rrb.Eye3DKind.Orbital, position=(2.5, -0.7, 1.25), look_target=(0.0, 0.5, 0.72), eye_up=(0, 0, 1)
+            kind=rrb.Eye3DKind.Orbital, position=eye, look_target=(0.0, 0.5, 0.72), eye_up=(0, 0, 1)
         ),
     )
     side = rrb.Vertical(
