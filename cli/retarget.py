@@ -17,6 +17,7 @@ from retarget import (
     RetargetError,
     Seam,
     fitted,
+    flight_fit,
     hardest,
     medley,
     read_contacts,
@@ -26,6 +27,8 @@ from retarget import (
 )
 from retarget.robot_source import as_figure
 from robot_models import DEFAULT_ROBOT, load_robot
+
+_OFF_FLIGHT = 0.03  # of a flight's rise from gravity's that is worth a line [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,6 +164,12 @@ def _summary(console: Console, result: Retargeted, written: list[Path], rate: fl
     )
     for hardship in [] if result.dynamics is None else hardest(result.dynamics, above=1.0, most=3):
         console.print(f"physics: {hardship}", markup=False)
+    for flight in [] if result.dynamics is None else flight_fit(result.dynamics):
+        if abs(flight.rise - flight.ballistic_rise) > _OFF_FLIGHT:
+            console.print(
+                f"flight from {flight.start_s:.2f} to {flight.end_s:.2f} s rises {100 * flight.rise:.0f} cm; "
+                f"gravity asks for {100 * flight.ballistic_rise:.0f} cm in that time"
+            )
     for path in written:
         hint = f"   open it: rerun {path}" if path.suffix == ".rrd" else ""
         console.print(f"wrote {path} ({path.stat().st_size / 1e6:.1f} MB){hint}", markup=False)

@@ -350,7 +350,7 @@ def _send_blueprint(
     side = rrb.Vertical(
         *[p(rrb) for p in plots],
         rrb.TextDocumentView(name="report", origin="/report"),
-        row_shares=[*([1] * len(plots)), max(2, len(plots))],
+        row_shares=[*([2] * len(plots)), max(4, len(plots))],
     )
     log.send_blueprint(
         rrb.Blueprint(

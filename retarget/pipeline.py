@@ -17,6 +17,7 @@ from retarget.config import RetargetConfig
 from retarget.contacts import Contacts, find_contacts
 from retarget.dynamics import Dynamics, dynamics_of
 from retarget.edits import ContactEdit, KeyFrame, edited, pinned
+from retarget.flight import thrown
 from retarget.frame_by_frame import follow, frame_solver
 from retarget.goals import make_goals
 from retarget.report import Report, measure
@@ -105,7 +106,7 @@ def prepared(
     recorded = recentred(resample(without_false_start(clip), config.fps))
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
     touches = edited(find_contacts(source, config.contact), contacts, config.fps)
-    targets = make_targets(source, touches, robot, config)
+    targets = thrown(make_targets(source, touches, robot, config), source)
     posture = _posture(recorded, robot, targets)
     goals = make_goals(robot, targets, config.weights, posture[:, 7:])
     return Prepared(

@@ -9,7 +9,7 @@ from conftest import SAMPLES
 from clips import HumanClip, cut, read_clip, resample
 from clips.reference import make_reference
 from clips.source import ClipSource
-from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, measure, retarget
+from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, flight_fit, measure, retarget
 from retarget.contacts import find_contacts
 from retarget.robot_source import as_figure
 from retarget.smooth import smooth
@@ -122,6 +122,24 @@ def test_a_jump_stays_a_jump():
     robot, r = load_robot("dancer"), result.reference
     edges = sole_edges(robot, r.body_pos_w, r.body_quat_w)
     assert edges[r.dance, :, 2].min(axis=1).max() > 0.15  # both feet really leave the floor
+
+
+@pytest.mark.parametrize("duration_s", [0.35, 0.5])
+def test_a_jump_rises_as_high_as_its_time_asks_whatever_the_size(duration_s, dancer):
+    pytest.importorskip("pinocchio")
+    result = retarget(jump(duration_s, 9.81 * duration_s**2 / 8), dancer)
+    (flight,) = flight_fit(result.dynamics)
+    start = result.reference.dance.start / 50.0 + 1.0  # the source takes off after a second
+    assert abs(flight.start_s - start) <= 0.06 and abs(flight.end_s - start - duration_s) <= 0.06
+    assert flight.rise == pytest.approx(flight.ballistic_rise, rel=0.15)
+
+
+def test_a_source_that_hovers_is_not_made_to_jump(dancer):
+    still = jump(0.5, 0.0)
+    hovering = still.positions.copy()
+    hovering[50:110, :, 2] += 0.1  # for a second
+    result = retarget(dataclasses.replace(still, positions=hovering), dancer)
+    assert np.ptp(result.targets.pelvis_pos[:, 2]) < 0.12
 
 
 def test_contacts_need_both_low_and_slow(rng):
