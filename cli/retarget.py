@@ -135,15 +135,16 @@ def run(args: Arguments) -> int:
 
 def _check(args: Arguments) -> None:
     """Refuse what cannot go together."""
-    if args.fit_dynamics and (args.contacts or args.keys):
+    edits = args.contacts or args.keys or args.write_contacts
+    if args.fit_dynamics and edits:
         raise RetargetError(
-            "--fit-dynamics", found="--contacts or --keys beside it",
+            "--fit-dynamics", found="--contacts, --keys or --write-contacts beside it",
             expected="one of them: their seconds would move when the dance is slowed",
         )  # fmt: skip
     several = bool(args.then) or args.loop != 1
-    if several and (args.contacts or args.keys or args.fit_dynamics or args.loop < 1):
+    if several and (edits or args.fit_dynamics or args.loop < 1):
         raise RetargetError(
-            "--then or --loop", found="--contacts, --keys, --fit-dynamics, or a loop of less than once",
+            "--then or --loop", found="--contacts, --keys, --write-contacts, --fit-dynamics, or a loop of less than once",
             expected="dances without edits of their own, at least once",
             cure="write each dance to a file first; a reference (.npz) is a clip again",
         )  # fmt: skip

@@ -15,6 +15,7 @@ from numpy import ndarray
 from clips import FREE, PLANTED, Clip, HumanClip, make_reference
 from clips.place import placed
 from retarget.config import RetargetConfig
+from retarget.dynamics import Dynamics
 from retarget.feet import FootTargets, smoothstep
 from retarget.pipeline import Prepared, Progress, Retargeted, meta_of, physics_of, prepared, reference_of, solved
 from retarget.report import Metric, Report, measure
@@ -178,17 +179,14 @@ def _worst(
     padded: Padded,
     sources: Sequence[HumanClip],
     config: RetargetConfig,
-    dynamics: object,
+    dynamics: Dynamics | None,
 ) -> Report:
     """Every dance measured against its own source, the body over all frames; of each number the worst."""
-    from retarget.dynamics import Dynamics
-
-    physics = dynamics if isinstance(dynamics, Dynamics) else None
     first = Padded(
         qpos=qpos, targets=padded.targets, segments=padded.segments,
         names=tuple(n if i == padded.names.index("dance") else n.replace("dance", "other") for i, n in enumerate(padded.names)),
     )  # fmt: skip
-    whole = measure(reference_of(robot, qpos, first, {}, config), robot, sources[0], config.gates, physics)
+    whole = measure(reference_of(robot, qpos, first, {}, config), robot, sources[0], config.gates, dynamics)
     worst: dict[str, Metric] = {m.name: m for m in whole.metrics}
     dances = [s for s, n in zip(padded.segments, padded.names, strict=True) if n == "dance"]
     for (a, b, _), source in list(zip(dances, sources, strict=True))[1:]:

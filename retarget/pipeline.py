@@ -17,6 +17,7 @@ from retarget.config import RetargetConfig
 from retarget.contacts import Contacts, find_contacts
 from retarget.dynamics import Dynamics, dynamics_of
 from retarget.edits import ContactEdit, KeyFrame, edited, pinned
+from retarget.errors import RetargetError
 from retarget.flight import thrown
 from retarget.frame_by_frame import follow, frame_solver
 from retarget.goals import make_goals
@@ -66,6 +67,11 @@ def retarget(
         DanceError: the clip cannot be used; a poor result is no error but stands in the report.
     """
     config = config or RetargetConfig()
+    if keys and config.solver != "whole-clip":
+        raise RetargetError(
+            f"key frames with solver {config.solver}", found=f"{len(keys)} key frames",
+            expected="the whole-clip solver: a stream cannot prepare for what comes", option="--solver whole-clip",
+        )  # fmt: skip
     part = prepared(clip, robot, config, contacts, keys)
     padded = add_leads(robot, part.rough, part.targets, config)
     qpos = solved(robot, padded, part.posture, part.pins, config, progress)

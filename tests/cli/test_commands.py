@@ -44,6 +44,36 @@ def test_retarget_writes_reference_and_recording(tmp_path, capsys):
     assert {p.suffix for p in tmp_path.iterdir()} == {".npz", ".rrd"}
 
 
+def test_a_loop_tells_its_seam(tmp_path, capsys):
+    words = [
+        str(SAMPLES / "groove.bvh"),
+        "-o",
+        str(tmp_path / "l.npz"),
+        "--end",
+        "1.5",
+        "--loop",
+        "2",
+        "--no-recording",
+    ]
+    assert COMMANDS["dance-retarget"](words) == 0
+    assert "seam at" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--loop", "0"],
+        ["--loop", "2", "--fit-dynamics"],
+        ["--loop", "2", "--write-contacts", "c.csv"],
+        ["--fit-dynamics", "--write-contacts", "c.csv"],
+    ],
+)
+def test_options_that_would_be_ignored_together_are_refused(words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert COMMANDS["dance-retarget"]([str(SAMPLES / "groove.bvh"), *words]) == 2
+    assert "found" in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
 def test_a_refused_file_costs_two_lines_exit_code_2_and_no_output(tmp_path, capsys):
     np.savetxt(tmp_path / "m.csv", np.tile([0, 0, 0.79, 0, 0, 0, 1, *np.zeros(29)], (30, 1)), delimiter=",")
     words = [str(tmp_path / "m.csv"), "-o", str(tmp_path / "out.npz")]

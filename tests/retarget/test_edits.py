@@ -129,3 +129,9 @@ def test_a_false_start_is_left_out_and_noted(clip):
     assert kept.frames == clip.frames - 1 and "left out" in kept.source.conversions[-1]
     np.testing.assert_array_equal(kept.positions, clip.positions[1:])
     assert without_false_start(clip) is clip
+
+
+def test_key_frames_are_refused_where_they_would_be_ignored(clip, dancer):
+    key = KeyFrame(time=1.0, joint="left_elbow", value=0.0)
+    with pytest.raises(RetargetError, match="whole-clip"):
+        retarget(clip, dancer, RetargetConfig(solver="mink"), keys=[key])
