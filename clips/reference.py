@@ -26,10 +26,8 @@ from robot_models import rotation as rot
 FORMAT_VERSION = 1
 FREE, PLANTED, PIVOTING = 0, 1, 2
 _TOLERANCE = {"float64": 1e-9, "float32": 1e-5}  # of stored body poses against forward kinematics [m, rad]
-_KEYS = (
-    "fps", "joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w",
-    "joint_names", "body_names", "contact", "contact_names", "segments", "meta",
-)  # fmt: skip
+_MOTION = ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w")
+_KEYS = ("fps", *_MOTION, "joint_names", "body_names", "contact", "contact_names", "segments", "meta")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,17 +48,24 @@ class Reference:
     contact: Int[ndarray, "T F"]  # per sole edge: FREE, PLANTED or PIVOTING
     segments: Int[ndarray, "S 3"]  # start, end, 1 if continuous with the one before
     meta: Mapping[str, Any]  # the rest of the JSON entry: source, config, versions, report
+    joint_torque: Float[ndarray, "T J"] | None = None  # by inverse dynamics [N m]; None where nobody computed it
 
     def __post_init__(self) -> None:
-        for name in ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w"):
+        for name in (*_MOTION, *self._optional):
             array = np.array(getattr(self, name))
-            if len(array) != self.frames or not np.isfinite(array).all():
+            like = np.shape(self.joint_pos if name.startswith("joint") else getattr(self, name))
+            if array.shape != like or len(array) != self.frames or not np.isfinite(array).all():
                 raise ReferenceFileError(
                     f"reference, {name}", found=f"shape {array.shape} or numbers that are not finite",
                     expected=f"{self.frames} finite frames",
                 )  # fmt: skip
             array.setflags(write=False)
             object.__setattr__(self, name, array)
+
+    @property
+    def _optional(self) -> tuple[str, ...]:
+        """The optional keys that this reference has."""
+        return ("joint_torque",) if self.joint_torque is not None else ()
 
     @property
     def frames(self) -> int:
@@ -139,7 +144,7 @@ def save_reference(reference: Reference, path: Path, *, float32: bool = False) -
         "robot_hash": reference.robot_hash,
         **reference.meta,
     }
-    arrays = {k: getattr(reference, k).astype(kind) for k in _KEYS[1:7]}
+    arrays = {k: getattr(reference, k).astype(kind) for k in (*_MOTION, *reference._optional)}
     with write_whole(path) as stream:
         np.savez(
             stream,
@@ -178,10 +183,11 @@ def load_reference(path: Path, robot: RobotModel | None = None) -> Reference:
         fps=float(data["fps"][0]),
         joint_names=tuple(map(str, data["joint_names"])),
         body_names=tuple(map(str, data["body_names"])),
-        **{k: data[k] for k in _KEYS[1:7]},
+        **{k: data[k] for k in _MOTION},
         contact=data["contact"],
         segments=data["segments"],
         meta={k: v for k, v in meta.items() if k not in _STATED},
+        joint_torque=data.get("joint_torque"),
     )
     if robot is not None:
         _check_against(reference, robot, where)
@@ -200,7 +206,7 @@ def _read_arrays(path: Path) -> dict[str, ndarray]:
                     str(path), found=f"no key {', '.join(missing)}", expected="a reference made by this project",
                     cure="make one from the clip with dance-retarget",
                 )  # fmt: skip
-            return {k: archive[k] for k in _KEYS}
+            return {k: archive[k] for k in archive.files}
     except FileNotFoundError as e:
         raise ReferenceFileError(str(path), found="no such file", expected="a reference (.npz)") from e
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as e:

@@ -17,7 +17,17 @@ from clips.place import placed
 from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics
 from retarget.feet import FootTargets, smoothstep
-from retarget.pipeline import Prepared, Progress, Retargeted, meta_of, physics_of, prepared, reference_of, solved
+from retarget.pipeline import (
+    Prepared,
+    Progress,
+    Retargeted,
+    finished,
+    meta_of,
+    physics_of,
+    prepared,
+    reference_of,
+    solved,
+)
 from retarget.report import Metric, Report, measure
 from retarget.segments import Padded, add_leads, blend_frames, targets_of
 from retarget.targets import Targets, joined
@@ -81,12 +91,12 @@ def medley(
     lead = padded.dance.start
     near, pins = np.concatenate(posture), np.full((padded.dance.stop - lead, len(robot.joint_names)), np.nan)
     solution = solved(robot, padded, near, pins, config, progress)
-    bare = reference_of(robot, solution, padded, {}, config)
+    bare = reference_of(robot, solution, padded, config)
     dynamics = physics_of(bare, robot) if config.dynamics else None
     report = _worst(robot, solution, padded, sources, config, dynamics)
     result = Retargeted(
         robot=robot,
-        reference=reference_of(robot, solution, padded, meta_of(sources, config, report), config),
+        reference=finished(bare, meta_of(sources, config, report), dynamics),
         report=report,
         source=sources[0],
         contacts=parts[0].contacts,
@@ -186,7 +196,7 @@ def _worst(
         qpos=qpos, targets=padded.targets, segments=padded.segments,
         names=tuple(n if i == padded.names.index("dance") else n.replace("dance", "other") for i, n in enumerate(padded.names)),
     )  # fmt: skip
-    whole = measure(reference_of(robot, qpos, first, {}, config), robot, sources[0], config.gates, dynamics)
+    whole = measure(reference_of(robot, qpos, first, config), robot, sources[0], config.gates, dynamics)
     worst: dict[str, Metric] = {m.name: m for m in whole.metrics}
     dances = [s for s, n in zip(padded.segments, padded.names, strict=True) if n == "dance"]
     for (a, b, _), source in list(zip(dances, sources, strict=True))[1:]:

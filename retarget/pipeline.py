@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from typing import Any
 
@@ -75,12 +75,12 @@ def retarget(
     part = prepared(clip, robot, config, contacts, keys)
     padded = add_leads(robot, part.rough, part.targets, config)
     qpos = solved(robot, padded, part.posture, part.pins, config, progress)
-    bare = reference_of(robot, qpos, padded, {}, config)
+    bare = reference_of(robot, qpos, padded, config)
     dynamics = physics_of(bare, robot) if config.dynamics else None
     report = measure(bare, robot, part.source, config.gates, dynamics)
     return Retargeted(
         robot=robot,
-        reference=reference_of(robot, qpos, padded, meta_of([part.source], config, report), config),
+        reference=finished(bare, meta_of([part.source], config, report), dynamics),
         report=report,
         source=part.source,
         contacts=part.contacts,
@@ -165,9 +165,7 @@ def solved(
     )
 
 
-def reference_of(
-    robot: RobotModel, qpos: Float[ndarray, "T nq"], padded: Padded, meta: Mapping[str, Any], config: RetargetConfig
-) -> Reference:
+def reference_of(robot: RobotModel, qpos: Float[ndarray, "T nq"], padded: Padded, config: RetargetConfig) -> Reference:
     """The solved motion with its labels and segments."""
     return make_reference(
         robot,
@@ -175,8 +173,14 @@ def reference_of(
         config.fps,
         contact=padded.targets.feet.contact,
         segments=padded.segments,
-        meta={"segment_names": list(padded.names), **meta},
+        meta={"segment_names": list(padded.names)},
     )
+
+
+def finished(bare: Reference, meta: Mapping[str, Any], dynamics: Dynamics | None) -> Reference:
+    """The reference with what was found out about it: where it comes from, its report, the torques that it needs."""
+    torque = None if dynamics is None else dynamics.joint_torque
+    return replace(bare, meta={**bare.meta, **meta}, joint_torque=torque)
 
 
 def meta_of(sources: Sequence[HumanClip], config: RetargetConfig, report: Report) -> dict[str, Any]:
