@@ -49,8 +49,8 @@ class ReferenceTables:
 
 
 def compare(states: BodyStates, tables: ReferenceTables, frame: Int[ndarray, "N"]) -> TrackingErrors:
-    """Errors of the robots' bodies against the reference's frames."""
-    pos, quat = states.pos[:, tables.bodies], states.quat[:, tables.bodies]
+    """Errors of the robots' tracked bodies against the reference's frames."""
+    pos, quat = states.pos, states.quat
     ref_pos, ref_quat = tables.pos[frame], tables.quat[frame]
     a = tables.anchor
     turn = rot.from_yaw(rot.yaw(rot.multiply(quat[:, a], rot.conjugate(ref_quat[:, a]))))[:, None]
@@ -64,8 +64,8 @@ def compare(states: BodyStates, tables: ReferenceTables, frame: Int[ndarray, "N"
         anchor_tilt=_up_z(ref_quat[:, a]) - _up_z(quat[:, a]),
         body_pos=moved_pos - pos,
         body_angle=rot.angle_between(quat, moved_quat),
-        body_lin_vel=tables.lin_vel[frame] - states.lin_vel[:, tables.bodies],
-        body_ang_vel=tables.ang_vel[frame] - states.ang_vel[:, tables.bodies],
+        body_lin_vel=tables.lin_vel[frame] - states.lin_vel,
+        body_ang_vel=tables.ang_vel[frame] - states.ang_vel,
     )
 
 

@@ -73,6 +73,13 @@ class RandomisationConfig:
     torso_com: float = 0.03  # half width, each axis [m]
     gains: tuple[float, float] = (0.95, 1.05)  # factor on kp and kd, per joint
     encoder_bias: float = 0.01  # half width [rad]
+    # From sensor to motor. All of it is counted on the way to the motor: to a policy, which acts on one instant, a
+    # sensor that tells late and a motor that hears late are the same.
+    delay: tuple[float, float] = (0.0, 0.02)  # [s]
+    pushes: bool = True
+    push_every: tuple[float, float] = (1.0, 3.0)  # [s]
+    push_linear: tuple[float, float, float] = (0.25, 0.25, 0.1)  # half widths of a sudden change of the root's [m/s]
+    push_angular: tuple[float, float, float] = (0.26, 0.26, 0.39)  # the same [rad/s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +94,7 @@ class TaskConfig:
     observation_noise: ObservationNoise = field(default_factory=ObservationNoise)
     randomisation: RandomisationConfig = field(default_factory=RandomisationConfig)
     look_ahead: tuple[int, ...] = (1, 5)  # reference frames that the actor is shown
+    look_back: tuple[int, ...] = (1, 2)  # earlier control periods whose measurements the actor is shown again
 
 
 @dataclass(frozen=True, kw_only=True)

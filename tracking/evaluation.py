@@ -77,7 +77,7 @@ def evaluate(
             progress(done + 1, steps)
         if not tally.alive.any():
             break
-    task.physics.close()
+    task.close()
     return tally.result(task.dt, steps, np.stack(path))
 
 
@@ -127,7 +127,6 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
 
 
 def evaluation_task(config: TaskConfig, *, randomised: bool = True) -> TaskConfig:
-    """The task as evaluations run it: noise on; the robots drawn from the ranges, or all nominal."""
-    return replace(
-        config, randomisation=replace(config.randomisation, enabled=randomised and config.randomisation.enabled)
-    )
+    """The task as evaluations run it: noise on, no pushes; the robots drawn from the ranges, or all nominal."""
+    drawn = replace(config.randomisation, enabled=randomised and config.randomisation.enabled, pushes=False)
+    return replace(config, randomisation=drawn)

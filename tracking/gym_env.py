@@ -97,7 +97,7 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
         """End window, renderer and threads."""
         if self._screen is not None:
             self._screen.close()
-        self.task.physics.close()
+        self.task.close()
 
     def _observation(self) -> ndarray:
         return self.task.observe()[0][0]

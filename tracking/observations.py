@@ -23,9 +23,9 @@ from tracking.config import ObservationNoise
 class Situation:
     """Everything that an observation may be computed from, for N environments at one instant."""
 
-    qpos: Float[ndarray, "N nq"]
-    qvel: Float[ndarray, "N nv"]
-    states: BodyStates
+    qpos: Float[ndarray, "P N nq"]  # now, and at the ends of the control periods before
+    qvel: Float[ndarray, "P N nv"]
+    states: BodyStates  # of the tracked bodies, now
     frame: Int[ndarray, "N"]  # of the reference
     last_action: Float[ndarray, "N J"]
     encoder_bias: Float[ndarray, "N J"]  # [rad]
@@ -64,7 +64,7 @@ class ObservationTable:
 
     def observe(self, situation: Situation, rng: np.random.Generator | None) -> Float[ndarray, "N size"]:
         """All terms side by side in float32, with noise where a generator is given."""
-        out = np.empty((len(situation.qpos), self.size), dtype=np.float32)
+        out = np.empty((len(situation.frame), self.size), dtype=np.float32)
         at = 0
         for term in self.terms:
             value = term.compute(situation)
@@ -90,7 +90,11 @@ class ObservationTable:
 
 
 def actor_table(
-    robot: RobotModel, tables: ReferenceTables, noise: ObservationNoise, look_ahead: tuple[int, ...]
+    robot: RobotModel,
+    tables: ReferenceTables,
+    noise: ObservationNoise,
+    look_ahead: tuple[int, ...],
+    look_back: tuple[int, ...],
 ) -> ObservationTable:
     """What a robot can know: the reference, its IMU, its encoders and its own last action."""
     j = len(robot.joint_names)
@@ -106,33 +110,39 @@ def actor_table(
     terms += [
         Term(name="anchor_orientation", size=6, unit="", frame="robot anchor: first two columns of the reference anchor",
              noise=noise.orientation, measurable=True, compute=lambda s: _anchor_orientation(s, tables)),
-        Term(name="gyro", size=3, unit="0.25 rad/s", frame="root body", noise=0.25 * noise.gyro, measurable=True,
-             compute=lambda s: 0.25 * s.qvel[:, 3:6]),
-        Term(name="joint_pos", size=j, unit="rad", frame="joint, off the default pose", noise=noise.joint_position,
-             measurable=True, compute=lambda s: s.qpos[:, 7:] + s.encoder_bias - default),
-        Term(name="joint_vel", size=j, unit="0.1 rad/s", frame="joint", noise=0.1 * noise.joint_velocity, measurable=True,
-             compute=lambda s: 0.1 * s.qvel[:, 6:]),
         Term(name="last_action", size=j, unit="", frame="joint", noise=0.0, measurable=True,
              compute=lambda s: s.last_action),
     ]  # fmt: skip
+    for back in (0, *look_back):
+        name = "{}" if back == 0 else f"{{}}_{back}_ago"
+        terms += [
+            Term(name=name.format("gyro"), size=3, unit="0.25 rad/s", frame="root body", noise=0.25 * noise.gyro,
+                 measurable=True, compute=partial(_gyro, back)),
+            Term(name=name.format("joint_pos"), size=j, unit="rad", frame="joint, off the default pose",
+                 noise=noise.joint_position, measurable=True, compute=partial(_joint_pos, back, default)),
+            Term(name=name.format("joint_vel"), size=j, unit="0.1 rad/s", frame="joint", noise=0.1 * noise.joint_velocity,
+                 measurable=True, compute=partial(_joint_vel, back)),
+        ]  # fmt: skip
     return ObservationTable(terms=tuple(terms))
 
 
-def critic_table(robot: RobotModel, tables: ReferenceTables, look_ahead: tuple[int, ...]) -> ObservationTable:
+def critic_table(
+    robot: RobotModel, tables: ReferenceTables, look_ahead: tuple[int, ...], look_back: tuple[int, ...]
+) -> ObservationTable:
     """What the actor sees, without noise, and what only a simulator knows."""
     k = len(tables.bodies)
     privileged = (
         Term(name="anchor_position", size=3, unit="m", frame="robot anchor", noise=0.0, measurable=False,
              compute=lambda s: _anchor_position(s, tables)),
         Term(name="root_lin_vel", size=3, unit="m/s", frame="root body", noise=0.0, measurable=False,
-             compute=lambda s: rot.rotate(rot.conjugate(s.states.quat[:, 0]), s.qvel[:, :3])),
+             compute=lambda s: rot.rotate(rot.conjugate(s.qpos[0, :, 3:7]), s.qvel[0, :, :3])),
         Term(name="body_pos", size=3 * k, unit="m", frame="robot anchor", noise=0.0, measurable=False,
              compute=lambda s: _body_positions(s, tables)),
         Term(name="phase", size=1, unit="share of the clip", frame="", noise=0.0, measurable=False,
              compute=lambda s: (s.frame / max(1, tables.frames - 1))[:, None]),
     )  # fmt: skip
     silent = ObservationNoise(orientation=0.0, gyro=0.0, joint_position=0.0, joint_velocity=0.0)
-    return ObservationTable(terms=(*actor_table(robot, tables, silent, look_ahead).terms, *privileged))
+    return ObservationTable(terms=(*actor_table(robot, tables, silent, look_ahead, look_back).terms, *privileged))
 
 
 def _ahead(table: ndarray, frames: int, s: Situation) -> ndarray:
@@ -140,25 +150,35 @@ def _ahead(table: ndarray, frames: int, s: Situation) -> ndarray:
     return np.asarray(table[np.minimum(s.frame + frames, len(table) - 1)])
 
 
+def _gyro(back: int, s: Situation) -> ndarray:
+    return np.asarray(0.25 * s.qvel[back, :, 3:6])
+
+
+def _joint_pos(back: int, default: ndarray, s: Situation) -> ndarray:
+    return np.asarray(s.qpos[back, :, 7:] + s.encoder_bias - default)
+
+
+def _joint_vel(back: int, s: Situation) -> ndarray:
+    return np.asarray(0.1 * s.qvel[back, :, 6:])
+
+
 def _anchor_orientation(s: Situation, tables: ReferenceTables) -> ndarray:
     """First two columns of robot_anchor_from_reference_anchor, row by row (BeyondMimic's layout).
 
     The reference is turned by the heading difference of the rollout's start, which a robot fixes once with its IMU.
     """
-    robot = s.states.quat[:, tables.bodies[tables.anchor]]
+    robot = s.states.quat[:, tables.anchor]
     wanted = rot.multiply(s.heading, tables.quat[s.frame, tables.anchor])
     matrix = rot.to_matrix(rot.multiply(rot.conjugate(robot), wanted))
     return matrix[..., :2].reshape(len(robot), 6)
 
 
 def _anchor_position(s: Situation, tables: ReferenceTables) -> ndarray:
-    anchor = tables.bodies[tables.anchor]
-    return rot.rotate(
-        rot.conjugate(s.states.quat[:, anchor]), tables.pos[s.frame, tables.anchor] - s.states.pos[:, anchor]
-    )
+    a = tables.anchor
+    return rot.rotate(rot.conjugate(s.states.quat[:, a]), tables.pos[s.frame, a] - s.states.pos[:, a])
 
 
 def _body_positions(s: Situation, tables: ReferenceTables) -> ndarray:
-    anchor = tables.bodies[tables.anchor]
-    relative = s.states.pos[:, tables.bodies] - s.states.pos[:, anchor, None]
-    return rot.rotate(rot.conjugate(s.states.quat[:, anchor, None]), relative).reshape(len(relative), -1)
+    a = tables.anchor
+    relative = s.states.pos - s.states.pos[:, a, None]
+    return rot.rotate(rot.conjugate(s.states.quat[:, a, None]), relative).reshape(len(relative), -1)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models import RobotModel
@@ -43,11 +43,24 @@ def training_model(robot: RobotModel, physics_dt: float) -> mujoco.MjModel:
 class PhysicsBatch:
     """N robots, each with a model of its own, advanced together by one control period.
 
+    Args:
+        models: the robots.
+        control_dt: control period [s], a whole number of physics steps.
+        delay: physics steps until each robot's motors hear of a new target; none by default.
+        threads: of the physics; 0: as many as the process may use.
+
     `qpos` and `qvel` are the state after the last step. `mujoco.rollout` hands back sensors of one physics step
     before that, so nothing here reads them: every observation is computed from the state itself.
     """
 
-    def __init__(self, models: Sequence[mujoco.MjModel], *, control_dt: float, threads: int = 0) -> None:
+    def __init__(
+        self,
+        models: Sequence[mujoco.MjModel],
+        *,
+        control_dt: float,
+        delay: Int[ndarray, "N"] | None = None,
+        threads: int = 0,
+    ) -> None:
         import mujoco
         from mujoco import rollout
 
@@ -70,6 +83,11 @@ class PhysicsBatch:
         self._out = np.zeros((len(self._models), self.substeps, size))
         self._sensors = np.zeros((len(self._models), self.substeps, model.nsensordata))
         self._controls = np.zeros((len(self._models), self.substeps, model.nu))
+        # The targets of this period and of those before, newest first, as far back as the longest delay reaches.
+        waits = np.zeros(self.count, dtype=int) if delay is None else delay
+        late = np.maximum(waits[:, None] - np.arange(self.substeps), 0)
+        self._which = -(-late // self.substeps)[..., None]
+        self.targets = np.zeros((self.count, int(self._which.max()) + 1, model.nu))
 
     @property
     def count(self) -> int:
@@ -79,21 +97,34 @@ class PhysicsBatch:
     @property
     def qpos(self) -> Float[ndarray, "N nq"]:
         """Root position [m], root wxyz, joints [rad]; a view."""
-        return self.state[:, 1 : 1 + self._nq]
+        return self.qpos_of(self.state)
 
     @property
     def qvel(self) -> Float[ndarray, "N nv"]:
         """Root linear velocity (world), root angular velocity (body), joint velocities; a view."""
-        return self.state[:, 1 + self._nq : 1 + self._nq + self._nv]
+        return self.qvel_of(self.state)
 
-    def set(self, ids: ndarray, qpos: Float[ndarray, "n nq"], qvel: Float[ndarray, "n nv"]) -> None:
-        """Put some robots into a state."""
+    def qpos_of(self, state: Float[ndarray, "*any S"]) -> Float[ndarray, "*any nq"]:
+        """The part of a full physics state that is qpos; a view."""
+        return state[..., 1 : 1 + self._nq]
+
+    def qvel_of(self, state: Float[ndarray, "*any S"]) -> Float[ndarray, "*any nv"]:
+        """The part of a full physics state that is qvel; a view."""
+        return state[..., 1 + self._nq : 1 + self._nq + self._nv]
+
+    def set(
+        self, ids: ndarray, qpos: Float[ndarray, "n nq"], qvel: Float[ndarray, "n nv"], targets: Float[ndarray, "n J"]
+    ) -> None:
+        """Put some robots into a state, in which they have been asked for some joint targets [rad]."""
         self.state[ids] = 0.0
         self.qpos[ids], self.qvel[ids] = qpos, qvel
+        self.targets[ids] = targets[:, None]
 
     def step(self, targets: Float[ndarray, "N J"]) -> None:
         """Advance all robots by one control period, holding the joint targets [rad]."""
-        self._controls[:] = targets[:, None, :]
+        self.targets[:, 1:] = self.targets[:, :-1]
+        self.targets[:, 0] = targets
+        self._controls[:] = np.take_along_axis(self.targets, self._which, axis=1)
         self._rollout.rollout(
             self._models,
             self._data,

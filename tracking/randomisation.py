@@ -1,11 +1,14 @@
-"""A robot of its own for every environment, drawn from the ranges of `RandomisationConfig`."""
+"""A robot of its own for every environment, drawn from the ranges of `RandomisationConfig`, and pushes on the way."""
 
 from __future__ import annotations
 
 import copy
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
 
 from robot_models import RobotModel
 from tracking.config import RandomisationConfig
@@ -15,14 +18,27 @@ if TYPE_CHECKING:
     import mujoco
 
 
-def make_models(
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Robots:
+    """What differs between the robots of N environments."""
+
+    models: list[mujoco.MjModel]
+    encoder_bias: Float[ndarray, "N J"]  # [rad]
+    delay: Float[ndarray, "N"]  # from sensor to motor [s]
+
+
+def draw_robots(
     robot: RobotModel, count: int, physics_dt: float, config: RandomisationConfig, rng: np.random.Generator
-) -> list[mujoco.MjModel]:
-    """Models of `count` robots; all the same where randomisation is off."""
-    base = training_model(robot, physics_dt)
+) -> Robots:
+    """`count` robots; all of them nominal where randomisation is off."""
+    base, joints = training_model(robot, physics_dt), len(robot.joint_names)
     if not config.enabled:
-        return [base] * count
-    return [_drawn(base, robot, config, rng) for _ in range(count)]
+        return Robots(models=[base] * count, encoder_bias=np.zeros((count, joints)), delay=np.zeros(count))
+    return Robots(
+        models=[_drawn(base, robot, config, rng) for _ in range(count)],
+        encoder_bias=rng.uniform(-config.encoder_bias, config.encoder_bias, size=(count, joints)),
+        delay=rng.uniform(*config.delay, size=count),
+    )
 
 
 def _drawn(
@@ -42,3 +58,24 @@ def _drawn(
     model.actuator_biasprm[:, 1] *= kp
     model.actuator_biasprm[:, 2] *= kd
     return model
+
+
+class Pushes:
+    """Sudden changes of the root's velocity, each robot's at its own times."""
+
+    def __init__(self, count: int, dt: float, config: RandomisationConfig, rng: np.random.Generator) -> None:
+        self._width = np.array((*config.push_linear, *config.push_angular))
+        self._pause = np.array(config.push_every) / dt
+        self._on = config.enabled and config.pushes
+        self.wait = self._draw(count, rng)  # control periods until the next
+
+    def apply(self, qvel: Float[ndarray, "N nv"], rng: np.random.Generator) -> None:
+        """Let one control period pass and push, in place, whose time has come."""
+        self.wait -= 1.0
+        due = np.flatnonzero(self.wait <= 0.0)
+        if self._on and len(due):
+            qvel[due, :6] += rng.uniform(-self._width, self._width, size=(len(due), 6))
+            self.wait[due] = self._draw(len(due), rng)
+
+    def _draw(self, count: int, rng: np.random.Generator) -> Float[ndarray, "n"]:
+        return rng.uniform(self._pause[0], self._pause[1], size=count)

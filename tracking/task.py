@@ -10,13 +10,15 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from clips import Reference
-from robot_models import RobotModel, body_states
+from robot_models import RobotModel
 from robot_models import rotation as rot
+from tracking.body_sensors import BodySensors
 from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
 from tracking.config import TaskConfig
 from tracking.observations import Situation, actor_table, critic_table
 from tracking.physics import PhysicsBatch
-from tracking.randomisation import make_models
+from tracking.prior import joint_targets
+from tracking.randomisation import Pushes, draw_robots
 from tracking.rewards import beyond_soft_limits, reward_terms
 
 
@@ -36,8 +38,8 @@ class StepResult:
 class TrackingTask:
     """N robots following one reference.
 
-    Actions are residuals: joint target = reference of the next frame + action_scale * effort / kp * action, so that
-    zero action already asks for the dance.
+    Actions are residuals: servo target = `joint_targets` of the next frame + action_scale * effort / kp * action, so
+    that zero action already asks for the dance, with the torques that it needs.
     """
 
     robot: RobotModel
@@ -51,20 +53,26 @@ class TrackingTask:
         self.rng = np.random.default_rng(self.seed)
         self.dt = 1.0 / self.reference.fps
         self.tables = ReferenceTables(self.reference, self.robot)
+        self.targets = joint_targets(self.reference, self.robot)
+        # A motor pushes with all it has at this distance; further targets would only wind up.
+        reach = self.robot.effort / self.robot.kp
+        self.target_range = self.robot.lower - reach, self.robot.upper + reach
         c = self.config
         physics_dt = self.dt / np.ceil(self.dt / c.physics_dt - 1e-9)
-        models = make_models(self.robot, self.envs, physics_dt, c.randomisation, self.rng)
-        self.physics = PhysicsBatch(models, control_dt=self.dt, threads=self.threads)
+        drawn = draw_robots(self.robot, self.envs, physics_dt, c.randomisation, self.rng)
+        self.encoder_bias = drawn.encoder_bias
+        delay = np.round(drawn.delay / physics_dt).astype(int)
+        self.physics = PhysicsBatch(drawn.models, control_dt=self.dt, delay=delay, threads=self.threads)
+        self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng)
         self.action_scale = c.action_scale * self.robot.effort / self.robot.kp
-        self.actor = actor_table(self.robot, self.tables, c.observation_noise, c.look_ahead)
-        self.critic = critic_table(self.robot, self.tables, c.look_ahead)
-        joints = len(self.robot.joint_names)
-        bias = c.randomisation.encoder_bias if c.randomisation.enabled else 0.0
-        self.encoder_bias = self.rng.uniform(-bias, bias, size=(self.envs, joints))
+        self.actor = actor_table(self.robot, self.tables, c.observation_noise, c.look_ahead, c.look_back)
+        self.critic = critic_table(self.robot, self.tables, c.look_ahead, c.look_back)
         self.frame = np.zeros(self.envs, dtype=int)
-        self.last_action = np.zeros((self.envs, joints))
+        self.last_action = np.zeros((self.envs, self.actions))
+        # States at the ends of the last control periods, the present one first.
+        self.past = np.zeros((1 + max(c.look_back, default=0), *self.physics.state.shape))
         self.heading = np.tile(rot.IDENTITY, (self.envs, 1))
-        self.states = body_states(self.robot, np.tile(self.robot.default_qpos, (self.envs, 1)), self.physics.qvel)
+        self.sensors = BodySensors(self.robot, self.tables.bodies, self.envs, self.threads)
         self.reset(np.arange(self.envs))
 
     @property
@@ -83,27 +91,30 @@ class TrackingTask:
             latest = max(1, self.tables.frames - 1 - round(0.5 / self.dt))
             start = self.rng.integers(0, latest, size=len(ids))
         qpos, qvel = self._disturbed(start)
-        self.physics.set(ids, qpos, qvel)
+        self.physics.set(ids, qpos, qvel, self.targets[start])
+        self.past[:, ids] = self.physics.state[ids]
         self.frame[ids] = start
         self.last_action[ids] = 0.0
         turned = rot.multiply(qpos[:, 3:7], rot.conjugate(self.tables.qpos[start, 3:7]))
         self.heading[ids] = rot.from_yaw(rot.yaw(turned))
-        fresh = body_states(self.robot, qpos, qvel)
-        for name in ("pos", "quat", "lin_vel", "ang_vel"):
-            getattr(self.states, name)[ids] = getattr(fresh, name)
+        self.sensors.read_some(ids, self.physics.state[ids])
 
     def step(self, action: Float[ndarray, "N J"]) -> StepResult:
         """One control period towards the next frame of the reference."""
         following = np.minimum(self.frame + 1, self.tables.frames - 1)
-        targets = self.tables.joint_pos[following] + self.action_scale * action
-        self.physics.step(np.clip(targets, self.robot.lower, self.robot.upper) - self.encoder_bias)
+        self.pushes.apply(self.physics.qvel, self.rng)
+        targets = self.targets[following] + self.action_scale * action
+        self.physics.step(np.clip(targets, *self.target_range) - self.encoder_bias)
         self.frame = following
         diverged = np.asarray(~np.isfinite(self.physics.state).all(axis=1))
         if diverged.any():
             # Back onto the reference at once: a state that is no number would spoil observations and rewards too.
-            self.physics.set(diverged, self.tables.qpos[self.frame[diverged]], self.tables.qvel[self.frame[diverged]])
-        self.states = body_states(self.robot, self.physics.qpos, self.physics.qvel)
-        errors = compare(self.states, self.tables, self.frame)
+            at = self.frame[diverged]
+            self.physics.set(diverged, self.tables.qpos[at], self.tables.qvel[at], self.targets[at])
+        self.past[1:] = self.past[:-1]
+        self.past[0] = self.physics.state
+        self.sensors.read(self.physics.state)
+        errors = compare(self.sensors.states, self.tables, self.frame)
         over = beyond_soft_limits(
             self.physics.qpos[:, 7:], self.robot.lower, self.robot.upper, self.config.rewards.soft_limit
         )
@@ -128,13 +139,17 @@ class TrackingTask:
         s = self.situation()
         return self.actor.observe(s, self.rng if noisy else None), self.critic.observe(s, None)
 
+    def close(self) -> None:
+        """End the threads."""
+        self.physics.close()
+        self.sensors.close()
+
     def situation(self) -> Situation:
         """The present instant: sensors are read from the same state as the bodies."""
-        qpos, qvel = self.physics.qpos, self.physics.qvel
         return Situation(
-            qpos=qpos,
-            qvel=qvel,
-            states=self.states,
+            qpos=self.physics.qpos_of(self.past),
+            qvel=self.physics.qvel_of(self.past),
+            states=self.sensors.states,
             frame=self.frame,
             last_action=self.last_action,
             encoder_bias=self.encoder_bias,
@@ -161,6 +176,9 @@ class TrackingTask:
         """Everything that a resumed run needs to go on bit for bit."""
         return {
             "physics": self.physics.state.copy(),
+            "commands": self.physics.targets.copy(),
+            "past": self.past.copy(),
+            "pushes": self.pushes.wait.copy(),
             "frame": self.frame.copy(),
             "last_action": self.last_action.copy(),
             "heading": self.heading.copy(),
@@ -169,8 +187,9 @@ class TrackingTask:
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on from a saved state; models and encoder biases follow from the seed."""
-        self.physics.state[:] = state["physics"]
+        self.physics.state[:], self.physics.targets[:] = state["physics"], state["commands"]
+        self.past[:], self.pushes.wait[:] = state["past"], state["pushes"]
         self.frame, self.last_action = state["frame"].copy(), state["last_action"].copy()
         self.heading = state["heading"].copy()
         self.rng.bit_generator.state = state["rng"]
-        self.states = body_states(self.robot, self.physics.qpos, self.physics.qvel)
+        self.sensors.read(self.physics.state)

@@ -17,7 +17,7 @@ from robot_models import RobotModel
 from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
-from tracking.evaluation import Evaluation, evaluate
+from tracking.evaluation import Evaluation, evaluate, evaluation_task
 from tracking.export import export_bundle, torch_policy
 from tracking.ppo import Iteration, Trainer
 from tracking.task import TrackingTask
@@ -99,7 +99,7 @@ def train(
     finally:
         board.close()
     run.onnx_difference = export_bundle(folder, trainer.actor, task, reference_sha256)
-    task.physics.close()
+    task.close()
     return run
 
 
@@ -125,7 +125,7 @@ def _judge(run: Run, trainer: Trainer, config: TrainConfig, sha: str, board: _Te
     """Evaluate, note the result, save."""
     task = trainer.task
     result = evaluate(
-        torch_policy(trainer.actor), task.robot, task.reference, config.task, rollouts=config.rollouts,
+        torch_policy(trainer.actor), task.robot, task.reference, evaluation_task(config.task), rollouts=config.rollouts,
         seed=config.seed + 1000, threads=config.threads,
     )  # fmt: skip
     run.evaluation = result

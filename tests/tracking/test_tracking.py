@@ -13,13 +13,15 @@ import pytest
 pytest.importorskip("torch")
 
 from clips import load_reference
-from robot_models import body_states, load_robot
+from robot_models import BodyStates, body_states, load_robot
 from robot_models import rotation as rot
 from tracking import TaskConfig, TrackingError, TrackingTask
 from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
-from tracking.config import RewardConfig, TerminationConfig
+from tracking.config import RandomisationConfig, RewardConfig, TerminationConfig
 from tracking.evaluation import evaluate, evaluation_task, wilson
 from tracking.physics import PhysicsBatch, training_model
+from tracking.prior import joint_targets
+from tracking.randomisation import Pushes, draw_robots
 from tracking.rewards import action_rate, beyond_soft_limits, closeness, mean_square, reward_terms
 
 
@@ -39,6 +41,11 @@ def quiet(config=None):
 
 def make(reference, envs=4, **kwargs):
     return TrackingTask(robot=load_robot("dancer"), reference=reference, envs=envs, threads=1, **kwargs)
+
+
+def tracked(robot, q, v):
+    every, bodies = body_states(robot, q, v), [robot.body(b) for b in robot.profile.tracked]
+    return BodyStates(**{k: getattr(every, k)[:, bodies] for k in ("pos", "quat", "lin_vel", "ang_vel")})
 
 
 def zero_errors(n=1, k=14):
@@ -84,13 +91,13 @@ def test_the_reference_itself_has_no_error_and_a_turned_one_only_an_anchor_error
     robot = load_robot("dancer")
     tables, frame = ReferenceTables(reference, robot), np.array([60, 90])
     q, v = reference.qpos[frame], reference.qvel[frame]
-    errors = compare(body_states(robot, q, v), tables, frame)
+    errors = compare(tracked(robot, q, v), tables, frame)
     assert max(np.abs(errors.body_pos).max(), np.abs(errors.body_lin_vel).max()) < 0.05  # velocities are differences
     assert np.abs(errors.body_pos).max() < 1e-9 and errors.anchor_angle.max() < 1e-6
     turn = rot.from_yaw(np.array(1.0))
     q[:, :3] = rot.rotate(np.tile(turn, (2, 1)), q[:, :3]) + [1.0, 2.0, 0.0]
     q[:, 3:7] = rot.multiply(np.tile(turn, (2, 1)), q[:, 3:7])
-    moved = compare(body_states(robot, q, v), tables, frame)
+    moved = compare(tracked(robot, q, v), tables, frame)
     assert np.abs(moved.body_pos).max() < 1e-9 and moved.body_angle.max() < 1e-6
     assert moved.anchor_angle.min() > 0.9
 
@@ -109,21 +116,68 @@ def test_each_termination_fires_alone(reference):
         assert [k for k, v in failures(errors, tables, limits).items() if v[0]] == [cause]
 
 
+def test_body_sensors_agree_with_our_own_kinematics(reference, rng):
+    task = make(reference, config=quiet())
+    task.step(rng.normal(size=(4, 28)))
+    task.reset(np.array([2]), np.array([50]))  # one read alone, the others as they were
+    seen, own = task.sensors.states, tracked(task.robot, task.physics.qpos, task.physics.qvel)
+    for name in ("pos", "lin_vel", "ang_vel"):
+        np.testing.assert_allclose(getattr(seen, name), getattr(own, name), atol=1e-12)
+    assert rot.angle_between(seen.quat, own.quat).max() < 1e-7
+
+
+def test_the_prior_asks_for_the_torque_that_the_motion_needs(reference):
+    robot = load_robot("dancer")
+    target = joint_targets(reference, robot)
+    middle = [0.5 * (x[1:] + x[:-1]) for x in (reference.joint_pos, reference.joint_vel, reference.joint_torque)]
+    servo = robot.kp * (target[1:] - middle[0]) - robot.kd * middle[1]
+    np.testing.assert_allclose(servo, middle[2], atol=1e-9)
+    bare = joint_targets(dataclasses.replace(reference, joint_torque=None), robot)
+    assert np.abs(robot.kp * (target - bare))[:, :12].max() > 20.0  # the legs carry the robot
+
+
+def test_pushes_come_within_their_times_and_stay_away_when_off(reference):
+    config = RandomisationConfig(push_every=(0.1, 0.2))
+    for on in (True, False):
+        pushes = Pushes(50, 0.02, dataclasses.replace(config, pushes=on), np.random.default_rng(0))
+        qvel, rng, hits = np.zeros((50, 34)), np.random.default_rng(1), 0
+        for _ in range(10):
+            before = qvel.copy()
+            pushes.apply(qvel, rng)
+            hits += int((qvel != before).any(axis=1).sum())
+        assert (50 <= hits <= 100) if on else hits == 0  # one or two in 0.2 s
+        assert not qvel[:, 6:].any() and np.abs(qvel[:, 0]).max() <= 2 * config.push_linear[0]
+
+
+def test_what_was_measured_before_is_shown_again(reference, rng):
+    task = make(reference, config=quiet())
+    slices = task.actor.slices
+    seen = [task.observe(noisy=False)[0]]
+    for _ in range(3):
+        task.step(0.1 * rng.normal(size=(4, 28)))
+        seen.append(task.observe(noisy=False)[0])
+    for name in ("gyro", "joint_pos", "joint_vel"):
+        for back in (1, 2):
+            np.testing.assert_array_equal(seen[3][:, slices[f"{name}_{back}_ago"]], seen[3 - back][:, slices[name]])
+
+
 def test_batched_physics_is_mujocos_own(dancer, rng):
     model = training_model(dancer, 0.005)
-    batch = PhysicsBatch([model] * 3, control_dt=0.02, threads=2)
-    batch.set(np.arange(3), np.tile(dancer.default_qpos, (3, 1)), np.zeros((3, model.nv)))
+    delay = np.array([0, 3, 6])  # physics steps of 5 ms in periods of 20 ms
+    batch = PhysicsBatch([model] * 3, control_dt=0.02, delay=delay, threads=2)
+    rest = np.tile(dancer.default_qpos, (3, 1))
+    batch.set(np.arange(3), rest, np.zeros((3, model.nv)), rest[:, 7:])
     targets = dancer.default_joint_pos + 0.1 * rng.normal(size=(5, 3, 28))
     singles = []
     for k in range(3):
         data = mujoco.MjData(model)
         data.qpos[:] = dancer.default_qpos
-        for t in range(5):
-            data.ctrl[:] = targets[t, k]
-            data.qacc_warmstart[:] = 0.0  # rollout starts every call cold
+        for step in range(20):
+            if step % 4 == 0:
+                data.qacc_warmstart[:] = 0.0  # rollout starts every call cold
+            heard = step - delay[k]
+            data.ctrl[:] = targets[heard // 4, k] if heard >= 0 else dancer.default_joint_pos
             mujoco.mj_step(model, data, 1)
-            for _ in range(3):
-                mujoco.mj_step(model, data, 1)
         singles.append(np.array(data.qpos))
     for t in range(5):
         batch.step(targets[t])
@@ -151,7 +205,7 @@ def test_the_actor_sees_only_what_a_robot_measures(reference):
     task = make(reference)
     assert all(t.measurable for t in task.actor.terms)
     assert not all(t.measurable for t in task.critic.terms)
-    assert task.actor.slices["last_action"].stop == task.actor.size
+    assert max(s.stop for s in task.actor.slices.values()) == task.actor.size
 
 
 def test_zero_action_from_a_perfect_start_scores_nearly_the_maximum_at_first(reference):
@@ -188,15 +242,13 @@ def test_same_seed_same_steps_other_seed_other_steps(reference, rng):
 
 
 def test_randomisation_makes_different_robots_and_off_makes_one(reference):
-    from tracking.config import RandomisationConfig
-    from tracking.randomisation import make_models
-
     robot = load_robot("dancer")
-    drawn = make_models(robot, 5, 0.005, RandomisationConfig(), np.random.default_rng(0))
-    masses = [m.body_mass.sum() for m in drawn]
+    drawn = draw_robots(robot, 5, 0.005, RandomisationConfig(), np.random.default_rng(0))
+    masses = [m.body_mass.sum() for m in drawn.models]
+    assert len(set(drawn.delay)) == 5 and drawn.delay.max() <= 0.02
     assert len(set(np.round(masses, 6))) == 5
     assert np.abs(np.array(masses) / robot.model.body_mass.sum() - 1).max() < 0.05
-    plain = make_models(robot, 5, 0.005, RandomisationConfig(enabled=False), np.random.default_rng(0))
+    plain = draw_robots(robot, 5, 0.005, RandomisationConfig(enabled=False), np.random.default_rng(0)).models
     assert all(m is plain[0] for m in plain)
     assert robot.model.geom_contype.sum() > plain[0].geom_contype.sum()  # the robot's own model is left alone
 
