@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from clips import Reference
-from clips.files import write_whole
 from robot_models import RobotModel
 from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.config import TrainConfig
+from tracking.curves import TensorBoard, write_curves
 from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
 from tracking.export import export_bundle, torch_policy
 from tracking.ppo import Iteration, Trainer
+from tracking.signals import Signals
 from tracking.task import TrackingTask
 
 CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"
@@ -73,9 +71,8 @@ def train(
     if resume:
         saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, reference_sha256)
         run.steps, run.seconds, run.hits, run.curves = saved["steps"], saved["seconds"], saved["hits"], saved["curves"]
-    board = _TensorBoard(folder)
     began = time.perf_counter() - run.seconds
-    try:
+    with TensorBoard(folder) as board, Signals() as signals:
         if not run.curves:
             _judge(run, trainer, config, reference_sha256, board)
         run.stopped = _reason_to_stop(run, config)
@@ -89,15 +86,11 @@ def train(
                 progress(run.steps, config.steps, _line(run, result))
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
                 _judge(run, trainer, config, reference_sha256, board)
-            run.stopped = _reason_to_stop(run, config)
-        if run.curves[-1]["steps"] != run.steps:
+            run.stopped = signals.came or _reason_to_stop(run, config)
+        # A run that is told to stop has little time: it saves, and is judged when it is resumed.
+        if run.curves[-1]["steps"] != run.steps and not signals.came:
             _judge(run, trainer, config, reference_sha256, board)
         _save(run, trainer, config, reference_sha256)
-    except KeyboardInterrupt:
-        # In the middle of an iteration nothing is worth saving: the last checkpoint is exact, this state is not.
-        run.stopped = "interrupted; the last checkpoint can be resumed"
-    finally:
-        board.close()
     run.onnx_difference = export_bundle(folder, trainer.actor, task, reference_sha256)
     task.close()
     return run
@@ -121,7 +114,7 @@ def _rate(config: TrainConfig, steps: int) -> float:
     return config.ppo.learning_rate + part * (config.ppo.final_learning_rate - config.ppo.learning_rate)
 
 
-def _judge(run: Run, trainer: Trainer, config: TrainConfig, sha: str, board: _TensorBoard) -> None:
+def _judge(run: Run, trainer: Trainer, config: TrainConfig, sha: str, board: TensorBoard) -> None:
     """Evaluate, note the result, save."""
     task = trainer.task
     result = evaluate(
@@ -147,12 +140,7 @@ def _save(run: Run, trainer: Trainer, config: TrainConfig, sha: str) -> None:
     progress = {"steps": run.steps, "seconds": run.seconds, "hits": run.hits, "curves": run.curves}
     save_checkpoint(run.folder / CHECKPOINT, trainer, config, sha, progress)
     if run.curves:
-        text = io.StringIO()
-        table = csv.DictWriter(text, fieldnames=list(run.curves[0]))
-        table.writeheader()
-        table.writerows({k: f"{v:.6g}" for k, v in row.items()} for row in run.curves)
-        with write_whole(run.folder / CURVES) as stream:
-            stream.write(text.getvalue().encode())
+        write_curves(run.folder / CURVES, run.curves)
 
 
 def _check_finite(result: Iteration, trainer: Trainer, run: Run, config: TrainConfig, sha: str) -> None:
@@ -179,28 +167,3 @@ def _reason_to_stop(run: Run, config: TrainConfig) -> str:
 def _line(run: Run, result: Iteration) -> str:
     last = run.curves[-1]
     return f"episode {result.episode_s:.2f} s, evaluation {last['survived_s']:.2f} s ({100 * last['finished']:.0f} % finish)"
-
-
-class _TensorBoard:
-    """Curves for `tensorboard --logdir`."""
-
-    def __init__(self, folder: Path) -> None:
-        from torch.utils.tensorboard import SummaryWriter
-
-        self._writer: Any = SummaryWriter(str(folder))
-
-    def iteration(self, steps: int, result: Iteration) -> None:
-        scalars = {f"reward/{k}": v for k, v in result.terms.items()} | {
-            f"loss/{k}": v for k, v in result.losses.items()
-        }
-        scalars |= {f"failures/{k}": float(v) for k, v in result.causes.items()}
-        scalars |= {"episode/length_s": result.episode_s, "policy/std": result.std}
-        for name, value in scalars.items():
-            self._writer.add_scalar(name, value, steps)
-
-    def evaluation(self, steps: int, row: dict[str, float]) -> None:
-        for name, value in row.items():
-            self._writer.add_scalar(f"evaluation/{name}", value, steps)
-
-    def close(self) -> None:
-        self._writer.close()

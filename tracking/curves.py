@@ -1,0 +1,52 @@
+"""The curves of a run: a table for people and scripts, events for TensorBoard."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from clips.files import write_whole
+from tracking.ppo import Iteration
+
+
+def write_curves(path: Path, rows: Sequence[Mapping[str, float]]) -> None:
+    """One row per evaluation, as csv."""
+    text = io.StringIO()
+    table = csv.DictWriter(text, fieldnames=list(rows[0]))
+    table.writeheader()
+    table.writerows({k: f"{v:.6g}" for k, v in row.items()} for row in rows)
+    with write_whole(path) as stream:
+        stream.write(text.getvalue().encode())
+
+
+class TensorBoard:
+    """Curves for `tensorboard --logdir`."""
+
+    def __init__(self, folder: Path) -> None:
+        from torch.utils.tensorboard import SummaryWriter
+
+        self._writer: Any = SummaryWriter(str(folder))
+
+    def iteration(self, steps: int, result: Iteration) -> None:
+        """Rewards, losses and failures of one iteration."""
+        scalars = {f"reward/{k}": v for k, v in result.terms.items()} | {
+            f"loss/{k}": v for k, v in result.losses.items()
+        }
+        scalars |= {f"failures/{k}": float(v) for k, v in result.causes.items()}
+        scalars |= {"episode/length_s": result.episode_s, "policy/std": result.std}
+        for name, value in scalars.items():
+            self._writer.add_scalar(name, value, steps)
+
+    def evaluation(self, steps: int, row: Mapping[str, float]) -> None:
+        """What an evaluation came to."""
+        for name, value in row.items():
+            self._writer.add_scalar(f"evaluation/{name}", value, steps)
+
+    def __enter__(self) -> TensorBoard:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._writer.close()
