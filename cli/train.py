@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
+from rich.table import Table
 
 from cli.terminal import BELOW_GATE, DONE, Out, command, progress
 from clips import Reference, load_reference
 from robot_models import RobotModel, load_robot
 from tracking.config import TrainConfig
+from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
+    from tracking import ReferenceCheck
     from tracking.training import Run
 
 GATE = 0.95  # share of rollouts that shall finish
@@ -30,6 +33,7 @@ class Arguments:
 
     Examples:
         dance-train --ref out.npz
+        dance-train --ref out.npz --check-ref
         dance-train --ref out.npz --minutes 2
         dance-train --ref out.npz -o runs/groove --resume
         tensorboard --logdir runs
@@ -59,6 +63,10 @@ class Arguments:
     """Go on from the run's checkpoint."""
     recording: bool = True
     """Write a Rerun recording at the end."""
+    check_ref: bool = False
+    """Only play the reference: perfectly, and with zero action. No training."""
+    anyway: bool = False
+    """Train on a reference whose gates failed."""
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -68,11 +76,20 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Load, train, report."""
-    from tracking import train
+    from tracking import check_reference, train
+    from tracking.reference_check import failed_gates
 
     console = Console(highlight=False, soft_wrap=True)
     robot = load_robot(args.robot or load_reference(args.ref).robot)
     reference = load_reference(args.ref, robot)
+    if args.check_ref:
+        return _check(console, check_reference(reference, robot, threads=args.threads))
+    missed = failed_gates(reference)
+    if missed and not args.anyway:
+        raise TrackingError(
+            str(args.ref), found=f"gates that failed: {', '.join(missed)}", expected="a reference inside its gates",
+            cure="cut the clip or choose another robot", option="anyway", suggestion=" ",
+        )  # fmt: skip
     folder = args.out or Path("runs") / args.ref.stem
     console.print(f"{args.ref}: {reference.duration_s:.1f} s for {robot.name}; run in {folder}", markup=False)
     with progress("steps") as tell:
@@ -83,6 +100,19 @@ def run(args: Arguments) -> int:
     if args.recording:
         _record(folder / "training.rrd", robot, reference, result)
     return _summary(console, result)
+
+
+def _check(console: Console, found: ReferenceCheck) -> int:
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_row("gates that failed", ", ".join(found.failed_gates) or "none", "when it was retargeted")
+    table.add_row("frames beyond joint limits", f"{100 * found.beyond_limits:.1f} %", "")
+    table.add_row("frames over motor speed", f"{100 * found.too_fast:.1f} %", "")
+    table.add_row("perfect tracking earns", f"{100 * found.perfect:.1f} %", "of the largest reward")
+    table.add_row("first pose, held for 1 s", f"{1e3 * found.settles_m:.1f} mm", "that the pelvis sinks")
+    table.add_row("zero action survives", f"{found.survived_s:.2f} s", "mean over starts all along the dance")
+    console.print(table)
+    console.print("[green]worth training on[/]" if found.passed else "[red]below the gate[/]")
+    return DONE if found.passed else BELOW_GATE
 
 
 def _config(args: Arguments) -> TrainConfig:

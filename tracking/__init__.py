@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from tracking.evaluation import Evaluation, evaluate, evaluation_task
     from tracking.export import check_contract, export_bundle, onnx_policy
     from tracking.gym_env import DanceTrackingEnv
+    from tracking.reference_check import ReferenceCheck, check_reference
     from tracking.task import TrackingTask
     from tracking.training import Run, train
 
@@ -26,6 +27,8 @@ _HOME = {
     "export_bundle": "tracking.export",
     "onnx_policy": "tracking.export",
     "DanceTrackingEnv": "tracking.gym_env",
+    "ReferenceCheck": "tracking.reference_check",
+    "check_reference": "tracking.reference_check",
     "TrackingTask": "tracking.task",
     "Run": "tracking.training",
     "train": "tracking.training",
@@ -36,6 +39,7 @@ __all__ = [
     "Evaluation",
     "PpoConfig",
     "RandomisationConfig",
+    "ReferenceCheck",
     "RewardConfig",
     "Run",
     "TaskConfig",
@@ -44,6 +48,7 @@ __all__ = [
     "TrackingTask",
     "TrainConfig",
     "check_contract",
+    "check_reference",
     "evaluate",
     "evaluation_task",
     "export_bundle",
