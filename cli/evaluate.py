@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 from cli.terminal import BELOW_GATE, DONE, ClipPath, command, progress
 from cli.train import GATE
-from clips import load_reference
 from clips.files import write_whole
-from robot_models import load_robot
-from tracking.config import TaskConfig
 from tracking.errors import TrackingError
 
 
@@ -25,14 +20,14 @@ class Arguments:
     """Roll out a policy bundle over its whole dance and count how often it finishes.
 
     Examples:
-        dance-eval runs/groove --ref groove.npz
-        dance-eval runs/groove --ref groove.npz --rollouts 500 --json result.json
+        dance-eval runs/groove
+        dance-eval runs/groove --rollouts 500 --json result.json
     """
 
     bundle: ClipPath
-    """Folder with policy.onnx and contract.json."""
-    ref: Path
-    """The reference that it was trained on."""
+    """Folder that dance-train wrote: policy.onnx, contract.json, reference.npz."""
+    ref: Path | None = None
+    """The reference that it was trained on, where it does not lie in the bundle."""
     robot: str | None = None
     """Path of the robot's profile, where it is not a built-in one."""
     rollouts: int = 100
@@ -54,19 +49,16 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Load, check, roll out, report."""
-    from tracking import check_contract, evaluate, evaluation_task, onnx_policy
+    from tracking import evaluate, evaluation_task, load_bundle
 
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
     console = Console(highlight=False)
-    robot = load_robot(args.robot or load_reference(args.ref).robot)
-    reference = load_reference(args.ref, robot)
-    sha = hashlib.sha256(args.ref.read_bytes()).hexdigest()
-    check_contract(_contract(args.bundle / "contract.json"), robot, TaskConfig(), sha)
+    bundle = load_bundle(args.bundle, reference=args.ref, robot=args.robot)
+    task = evaluation_task(bundle.config, randomised=args.randomisation)
     with progress("steps") as tell:
         result = evaluate(
-            onnx_policy(args.bundle / "policy.onnx"), robot, reference,
-            evaluation_task(TaskConfig(), randomised=args.randomisation), rollouts=args.rollouts, seed=args.seed,
+            bundle.policy, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=args.seed,
             progress=lambda done, total: tell("rollouts", done, total),
         )  # fmt: skip
     table = Table(box=None, pad_edge=False, show_header=False)
@@ -84,13 +76,7 @@ def run(args: Arguments) -> int:
     if args.recording is not None:
         from cli.show import save_training
 
-        save_training(args.recording, robot, reference, result.best, {}, f"# {args.bundle}\n{span} finish")
+        save_training(
+            args.recording, bundle.robot, bundle.reference, result.best, {}, f"# {args.bundle}\n{span} finish"
+        )
     return DONE if result.finished >= GATE else BELOW_GATE
-
-
-def _contract(path: Path) -> dict[str, Any]:
-    try:
-        told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        return told
-    except (OSError, ValueError) as e:
-        raise TrackingError(str(path), found="no contract", expected="a bundle folder that dance-train wrote") from e

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from cli.terminal import BELOW_GATE, DONE, Out, command, progress
 from clips import Reference, load_reference
+from clips.files import write_whole
 from robot_models import RobotModel, load_robot
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
@@ -77,6 +78,7 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Load, train, report."""
     from tracking import check_reference, train
+    from tracking.bundle import REFERENCE
     from tracking.reference_check import failed_gates
 
     console = Console(highlight=False, soft_wrap=True)
@@ -92,11 +94,14 @@ def run(args: Arguments) -> int:
         )  # fmt: skip
     folder = args.out or Path("runs") / args.ref.stem
     console.print(f"{args.ref}: {reference.duration_s:.1f} s for {robot.name}; run in {folder}", markup=False)
+    file = args.ref.read_bytes()
     with progress("steps") as tell:
         result = train(
-            robot, reference, hashlib.sha256(args.ref.read_bytes()).hexdigest(), folder, _config(args),
-            resume=args.resume, progress=lambda done, total, note: tell("train", done, total, note),
+            robot, reference, hashlib.sha256(file).hexdigest(), folder, _config(args), resume=args.resume,
+            progress=lambda done, total, note: tell("train", done, total, note),
         )  # fmt: skip
+    with write_whole(folder / REFERENCE) as stream:
+        stream.write(file)
     if args.recording:
         _record(folder / "training.rrd", robot, reference, result)
     return _summary(console, result)

@@ -12,6 +12,7 @@ from tracking.config import PpoConfig, RandomisationConfig, RewardConfig, TaskCo
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
+    from tracking.bundle import Bundle, load_bundle
     from tracking.evaluation import Evaluation, evaluate, evaluation_task
     from tracking.export import check_contract, export_bundle, onnx_policy
     from tracking.gym_env import DanceTrackingEnv
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from tracking.training import Run, train
 
 _HOME = {
+    "Bundle": "tracking.bundle",
+    "load_bundle": "tracking.bundle",
     "Evaluation": "tracking.evaluation",
     "evaluate": "tracking.evaluation",
     "evaluation_task": "tracking.evaluation",
@@ -35,6 +38,7 @@ _HOME = {
 }
 
 __all__ = [
+    "Bundle",
     "DanceTrackingEnv",
     "Evaluation",
     "PpoConfig",
@@ -52,6 +56,7 @@ __all__ = [
     "evaluate",
     "evaluation_task",
     "export_bundle",
+    "load_bundle",
     "onnx_policy",
     "train",
 ]

@@ -81,7 +81,7 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, reference_sha256
 
 def contract(task: TrackingTask, reference_sha256: str) -> dict[str, Any]:
     """Everything that a runner must know, at full precision."""
-    robot = task.robot
+    robot, draw = task.robot, task.config.randomisation
     return {
         "format_version": 1,
         "robot": robot.name,
@@ -94,11 +94,14 @@ def contract(task: TrackingTask, reference_sha256: str) -> dict[str, Any]:
         "kd": robot.kd.tolist(),
         "effort": robot.effort.tolist(),
         "action_scale": task.action_scale.tolist(),
-        "action_meaning": "joint target = reference joint_pos of the next frame + action_scale * action, within limits",
+        "action_meaning": "servo target = joint_target of the next frame + action_scale * action, within target_range",
+        "joint_target": "middle of the period: joint_pos + (joint_torque + kd * joint_vel) / kp",
+        "target_range": [limit.tolist() for limit in task.target_range],
         "anchor": robot.profile.anchor,
         "look_ahead": list(task.config.look_ahead),
+        "look_back": list(task.config.look_back),
         "observation": task.actor.as_rows(),
-        "delay_trained_with_s": 0.0,
+        "delay_trained_with_s": list(draw.delay) if draw.enabled else [0.0, 0.0],
         "versions": {p: version(p) for p in ("torch", "rsl-rl-lib", "mujoco", "onnx", "numpy")},
     }
 
@@ -119,6 +122,7 @@ def check_contract(told: dict[str, Any], robot: RobotModel, config: TaskConfig, 
         "action_scale": (config.action_scale * robot.effort / robot.kp).tolist(),
         "default_joint_pos": robot.default_joint_pos.tolist(),
         "look_ahead": list(config.look_ahead),
+        "look_back": list(config.look_back),
     }
     for key, value in now.items():
         if told.get(key) != value:

@@ -1,0 +1,110 @@
+"""A film of a dancing robot, drawn by MuJoCo off the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from clips import OutputError
+from clips.files import aside
+from robot_models import RobotModel
+
+_FPS = 50.0  # players stumble over more
+_GHOST = (0.35, 0.75, 1.0, 0.3)
+
+
+def write_film(
+    path: Path,
+    robot: RobotModel,
+    poses: Iterator[tuple[ndarray, ndarray | None]],
+    fps: float,
+    size: tuple[int, int],
+    *,
+    progress: Callable[[int], None] | None = None,
+) -> int:
+    """Write an mp4 of poses with their ghosts; returns the number of poses.
+
+    Args:
+        path: the film; whole or absent.
+        robot: who dances.
+        poses: qpos of the robot and of its ghost (None: no ghost), frame by frame.
+        fps: of the poses.
+        size: width and height in pixels, even numbers.
+        progress: told the number of poses so far.
+
+    Raises:
+        OutputError: no OpenGL or no encoder on this machine, or the file cannot be written.
+    """
+    if min(size) < 16 or any(s % 2 for s in size):
+        raise OutputError("film", found=f"a size of {size[0]}x{size[1]}", expected="even numbers of pixels, from 16 on")
+    imageio = _encoder()
+    stage, every, done = _Stage(robot, size), max(1, round(fps / _FPS)), 0
+    with aside(path) as beside:
+        film = imageio.write_frames(str(beside), size, fps=fps / every, codec="libx264", quality=7, macro_block_size=2)
+        film.send(None)
+        for done, (qpos, ghost) in enumerate(poses, start=1):
+            if (done - 1) % every == 0:
+                film.send(np.ascontiguousarray(stage.draw(qpos, ghost)))
+            if progress is not None:
+                progress(done)
+        film.close()
+        stage.close()
+    return done
+
+
+def _encoder() -> Any:
+    try:
+        import imageio_ffmpeg
+    except ModuleNotFoundError as e:
+        raise OutputError(
+            "film", found="no package imageio_ffmpeg", expected="it", cure="pip install imageio-ffmpeg"
+        ) from e
+    return imageio_ffmpeg
+
+
+class _Stage:
+    """MuJoCo's renderer with a camera that follows the robot, and the ghost as a veil."""
+
+    def __init__(self, robot: RobotModel, size: tuple[int, int]) -> None:
+        import mujoco
+
+        self._mj, self._model = mujoco, robot.model
+        self._data, self._ghost = mujoco.MjData(robot.model), mujoco.MjData(robot.model)
+        robot.model.vis.global_.offwidth, robot.model.vis.global_.offheight = size
+        try:
+            self._renderer = mujoco.Renderer(robot.model, size[1], size[0])
+        except Exception as e:  # every GL backend raises its own types
+            raise OutputError(
+                "film", found=f"no OpenGL to draw with ({type(e).__name__}: {e})", expected="EGL, OSMesa or a display",
+                cure="set MUJOCO_GL to egl or osmesa, or watch the Rerun recording",
+            ) from e  # fmt: skip
+        self._camera, self._look = mujoco.MjvCamera(), np.full(3, np.nan)
+        self._camera.distance, self._camera.azimuth, self._camera.elevation = 3.2, 150.0, -10.0
+
+    def draw(self, qpos: ndarray, ghost: ndarray | None) -> ndarray:
+        """One picture (height, width, 3)."""
+        mj, scene = self._mj, self._renderer.scene
+        self._data.qpos[:] = qpos
+        mj.mj_forward(self._model, self._data)
+        aim = np.array([qpos[0], qpos[1], 0.75])
+        # The camera trails, so that steps are seen as steps.
+        self._look = aim if np.isnan(self._look).any() else self._look + 0.06 * (aim - self._look)
+        self._camera.lookat[:] = self._look
+        self._renderer.update_scene(self._data, self._camera)
+        if ghost is not None:
+            self._ghost.qpos[:] = ghost
+            mj.mj_forward(self._model, self._ghost)
+            first = scene.ngeom
+            mj.mjv_addGeoms(
+                self._model, self._ghost, mj.MjvOption(), mj.MjvPerturb(), int(mj.mjtCatBit.mjCAT_DYNAMIC), scene
+            )
+            for g in scene.geoms[first : scene.ngeom]:
+                g.rgba[:], g.matid, g.transparent = _GHOST, -1, 1
+        return np.asarray(self._renderer.render())
+
+    def close(self) -> None:
+        self._renderer.close()
