@@ -83,7 +83,7 @@ class _Stage:
                 cure="set MUJOCO_GL to egl or osmesa, or watch the Rerun recording",
             ) from e  # fmt: skip
         self._camera, self._look = mujoco.MjvCamera(), np.full(3, np.nan)
-        self._camera.distance, self._camera.azimuth, self._camera.elevation = 3.2, 150.0, -10.0
+        self._camera.distance, self._camera.azimuth, self._camera.elevation = 2.7, 150.0, -8.0
 
     def draw(self, qpos: ndarray, ghost: ndarray | None) -> ndarray:
         """One picture (height, width, 3)."""

@@ -71,12 +71,34 @@ def _dress(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
             )  # fmt: skip
     spec.worldbody.add_geom(
         name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], contype=FLOOR_BIT, conaffinity=0, group=2,
-        rgba=[0.9, 0.9, 0.92, 1],
+        material="floor",
     )  # fmt: skip
-    spec.worldbody.add_light(pos=[0, 0, 4], dir=[0, 0, -1])
+    _light(spec)
     for a, b in profile.excludes:
         where = f"robot '{profile.name}', excludes"
         spec.add_exclude(bodyname1=_body(spec, a, where).name, bodyname2=_body(spec, b, where).name)
+
+
+def _light(spec: mujoco.MjSpec) -> None:
+    """A stage to look at. Textures are tiny: training keeps one copy of the model per environment."""
+    import mujoco
+
+    kind, pattern = mujoco.mjtTexture, mujoco.mjtBuiltin
+    spec.add_texture(
+        name="sky", type=kind.mjTEXTURE_SKYBOX, builtin=pattern.mjBUILTIN_GRADIENT, width=8, height=48,
+        rgb1=[0.32, 0.38, 0.48], rgb2=[0.07, 0.08, 0.1],
+    )  # fmt: skip
+    spec.add_texture(
+        name="floor", type=kind.mjTEXTURE_2D, builtin=pattern.mjBUILTIN_CHECKER, width=16, height=16,
+        rgb1=[0.30, 0.33, 0.38], rgb2=[0.26, 0.29, 0.33],
+    )  # fmt: skip
+    floor = spec.add_material(name="floor", texuniform=True, texrepeat=[1, 1])
+    floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
+    spec.worldbody.add_light(
+        pos=[1.5, -1.5, 5], dir=[-0.25, 0.25, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[0.5, 0.5, 0.5]
+    )
+    spec.visual.rgba.haze = [0.12, 0.14, 0.17, 1.0]
+    spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.35] * 3, [0.45] * 3
 
 
 def _actuate(spec: mujoco.MjSpec, joint_names: tuple[str, ...], kp: np.ndarray, kd: np.ndarray, imu: str) -> None:
