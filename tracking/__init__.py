@@ -13,6 +13,7 @@ from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
     from tracking.bundle import Bundle, load_bundle
+    from tracking.dance_env import DanceEnv
     from tracking.evaluation import Evaluation, evaluate, evaluation_task
     from tracking.export import check_contract, export_bundle, onnx_policy
     from tracking.gym_env import DanceTrackingEnv
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Bundle": "tracking.bundle",
     "load_bundle": "tracking.bundle",
+    "DanceEnv": "tracking.dance_env",
     "Evaluation": "tracking.evaluation",
     "evaluate": "tracking.evaluation",
     "evaluation_task": "tracking.evaluation",
@@ -39,6 +41,7 @@ _HOME = {
 
 __all__ = [
     "Bundle",
+    "DanceEnv",
     "DanceTrackingEnv",
     "Evaluation",
     "PpoConfig",

@@ -13,10 +13,8 @@ from numpy import ndarray
 from clips import load_reference
 from robot_models import load_robot
 from tracking.config import TaskConfig
-from tracking.errors import TrackingError
+from tracking.screen import MODES, Screen
 from tracking.task import TrackingTask
-
-ENV_ID = "DanceTracking-v0"
 
 
 class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
@@ -35,7 +33,7 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
         random_start: start anywhere in the dance; otherwise at its first frame.
     """
 
-    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 50}  # noqa: RUF012
+    metadata = {"render_modes": list(MODES), "render_fps": 50}  # noqa: RUF012
 
     def __init__(
         self,
@@ -45,8 +43,6 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
         config: TaskConfig | None = None,
         random_start: bool = True,
     ) -> None:
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise TrackingError("render_mode", found=repr(render_mode), expected="None, 'human' or 'rgb_array'")
         path = Path(reference)
         model = load_robot(robot or load_reference(path).robot)
         self.task = TrackingTask(
@@ -54,9 +50,9 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
         )
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.task.dt)}
         self.render_mode, self.random_start = render_mode, random_start
+        self._screen = Screen(model, render_mode)
         self.observation_space = spaces.Box(-np.inf, np.inf, (self.task.actor.size,), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (self.task.actions,), np.float32)
-        self._screen: Any = None
         self._seeded = False
 
     def reset(
@@ -86,53 +82,12 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
 
     def render(self) -> ndarray | None:
         """A picture (height, width, 3) in mode "rgb_array"; otherwise the viewer's window is brought up to date."""
-        if self.render_mode is None:
-            return None
-        if self._screen is None:
-            self._screen = _Screen(self.task, self.render_mode)
-        picture: ndarray | None = self._screen.draw(self.task.physics.qpos[0])
-        return picture
+        return self._screen.draw(self.task.physics.qpos[0])
 
     def close(self) -> None:
         """End window, renderer and threads."""
-        if self._screen is not None:
-            self._screen.close()
+        self._screen.close()
         self.task.close()
 
     def _observation(self) -> ndarray:
         return self.task.observe()[0][0]
-
-
-class _Screen:
-    """MuJoCo's viewer or off-screen renderer, opened when the first picture is asked for."""
-
-    def __init__(self, task: TrackingTask, mode: str) -> None:
-        import mujoco
-
-        self._model, self._data, self._mode = task.robot.model, mujoco.MjData(task.robot.model), mode
-        if mode == "human":
-            import mujoco.viewer
-
-            self._out = mujoco.viewer.launch_passive(self._model, self._data)
-        else:
-            self._out = mujoco.Renderer(self._model, 480, 640)
-            self._camera = mujoco.MjvCamera()
-            self._camera.distance, self._camera.azimuth, self._camera.elevation = 3.0, 150.0, -12.0
-
-    def draw(self, qpos: ndarray) -> ndarray | None:
-        import mujoco
-
-        self._data.qpos[:] = qpos
-        mujoco.mj_forward(self._model, self._data)
-        if self._mode == "human":
-            self._out.sync()
-            return None
-        self._camera.lookat[:] = [qpos[0], qpos[1], 0.75]
-        self._out.update_scene(self._data, self._camera)
-        return np.array(self._out.render())
-
-    def close(self) -> None:
-        self._out.close()
-
-
-gymnasium.register(id=ENV_ID, entry_point="tracking.gym_env:DanceTrackingEnv")

@@ -83,11 +83,10 @@ class PhysicsBatch:
         self._out = np.zeros((len(self._models), self.substeps, size))
         self._sensors = np.zeros((len(self._models), self.substeps, model.nsensordata))
         self._controls = np.zeros((len(self._models), self.substeps, model.nu))
-        # The targets of this period and of those before, newest first, as far back as the longest delay reaches.
         waits = np.zeros(self.count, dtype=int) if delay is None else delay
-        late = np.maximum(waits[:, None] - np.arange(self.substeps), 0)
-        self._which = -(-late // self.substeps)[..., None]
-        self.targets = np.zeros((self.count, int(self._which.max()) + 1, model.nu))
+        # The targets of this period and of those before, newest first, as far back as the longest delay reaches.
+        self.targets = np.zeros((self.count, 1 - (-int(waits.max()) // self.substeps), model.nu))
+        self.set_delay(waits)
 
     @property
     def count(self) -> int:
@@ -111,6 +110,11 @@ class PhysicsBatch:
     def qvel_of(self, state: Float[ndarray, "*any S"]) -> Float[ndarray, "*any nv"]:
         """The part of a full physics state that is qvel; a view."""
         return state[..., 1 + self._nq : 1 + self._nq + self._nv]
+
+    def set_delay(self, delay: Int[ndarray, "N"]) -> None:
+        """Change how many physics steps late the motors hear; not beyond the longest delay of the beginning."""
+        late = np.maximum(delay[:, None] - np.arange(self.substeps), 0)
+        self._which = -(-late // self.substeps)[..., None]
 
     def set(
         self, ids: ndarray, qpos: Float[ndarray, "n nq"], qvel: Float[ndarray, "n nv"], targets: Float[ndarray, "n J"]

@@ -66,15 +66,15 @@ class Pushes:
     def __init__(self, count: int, dt: float, config: RandomisationConfig, rng: np.random.Generator) -> None:
         self._width = np.array((*config.push_linear, *config.push_angular))
         self._pause = np.array(config.push_every) / dt
-        self._on = config.enabled and config.pushes
+        self.strength = 1.0 if config.enabled and config.pushes else 0.0  # of the widths
         self.wait = self._draw(count, rng)  # control periods until the next
 
     def apply(self, qvel: Float[ndarray, "N nv"], rng: np.random.Generator) -> None:
         """Let one control period pass and push, in place, whose time has come."""
         self.wait -= 1.0
         due = np.flatnonzero(self.wait <= 0.0)
-        if self._on and len(due):
-            qvel[due, :6] += rng.uniform(-self._width, self._width, size=(len(due), 6))
+        if len(due):
+            qvel[due, :6] += self.strength * rng.uniform(-self._width, self._width, size=(len(due), 6))
             self.wait[due] = self._draw(len(due), rng)
 
     def _draw(self, count: int, rng: np.random.Generator) -> Float[ndarray, "n"]:

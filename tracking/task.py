@@ -61,8 +61,10 @@ class TrackingTask:
         physics_dt = self.dt / np.ceil(self.dt / c.physics_dt - 1e-9)
         drawn = draw_robots(self.robot, self.envs, physics_dt, c.randomisation, self.rng)
         self.encoder_bias = drawn.encoder_bias
-        delay = np.round(drawn.delay / physics_dt).astype(int)
-        self.physics = PhysicsBatch(drawn.models, control_dt=self.dt, delay=delay, threads=self.threads)
+        self.delay = drawn.delay / physics_dt
+        self.physics = PhysicsBatch(
+            drawn.models, control_dt=self.dt, delay=np.round(self.delay).astype(int), threads=self.threads
+        )
         self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng)
         self.action_scale = c.action_scale * self.robot.effort / self.robot.kp
         self.actor = actor_table(self.robot, self.tables, c.observation_noise, c.look_ahead, c.look_back)
@@ -133,6 +135,13 @@ class TrackingTask:
             causes=causes,
             errors=errors,
         )
+
+    def harden(self, progress: float) -> None:
+        """Set delays and pushes to what they shall be at this share of the training budget."""
+        draw = self.config.randomisation
+        part = min(1.0, progress / draw.grow_over) if draw.grow_over > 0.0 else 1.0
+        self.physics.set_delay(np.round(part * self.delay).astype(int))
+        self.pushes.strength = part if draw.enabled and draw.pushes else 0.0
 
     def observe(self, *, noisy: bool = True) -> tuple[Float[ndarray, "N A"], Float[ndarray, "N C"]]:
         """Observations of actor (with noise) and critic (without), both of the present state."""

@@ -77,6 +77,7 @@ def train(
             _judge(run, trainer, config, reference_sha256, board)
         run.stopped = _reason_to_stop(run, config)
         while not run.stopped:
+            task.harden(run.steps / config.steps)
             result = trainer.iterate(_rate(config, run.steps))
             _check_finite(result, trainer, run, config, reference_sha256)
             run.steps += result.steps

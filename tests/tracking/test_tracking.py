@@ -150,7 +150,7 @@ def test_pushes_come_within_their_times_and_stay_away_when_off(reference):
 
 
 def test_what_was_measured_before_is_shown_again(reference, rng):
-    task = make(reference, config=quiet())
+    task = make(reference, config=dataclasses.replace(quiet(), look_back=(1, 2)))
     slices = task.actor.slices
     seen = [task.observe(noisy=False)[0]]
     for _ in range(3):
@@ -293,7 +293,7 @@ def test_gymnasiums_own_checker_is_content(groove_file):
     import gymnasium
     from gymnasium.utils.env_checker import check_env
 
-    import tracking.gym_env  # noqa: F401  (registers the id)
+    import tracking.envs  # noqa: F401  (registers the ids)
 
     env = gymnasium.make("DanceTracking-v0", reference=groove_file)
     check_env(env.unwrapped, skip_render_check=True)
@@ -312,7 +312,7 @@ def reward_names():
 
 
 DRAW = """
-import gymnasium, tracking.gym_env
+import gymnasium, tracking.envs
 env = gymnasium.make("DanceTracking-v0", reference={path!r}, render_mode="rgb_array")
 env.reset(seed=0)
 picture = env.render()
@@ -336,3 +336,12 @@ def test_the_environment_draws_itself(groove_file):
     if not all(re.search(r"\bgl|GL|DISPLAY|Display|Mesa", line) for line in said):
         pytest.fail(f"drawing failed for another reason than a missing GL: {said}")
     pytest.skip(f"no off-screen rendering on this machine: {said}")
+
+
+def test_delays_and_pushes_grow_with_the_training(reference):
+    task, heard = make(reference), []
+    for progress in (0.0, 0.15, 0.3, 1.0):
+        task.harden(progress)
+        heard.append((task.physics._which > 0).sum())
+        assert task.pushes.strength == pytest.approx(min(1.0, progress / 0.3))
+    assert heard[0] == 0 < heard[1] < heard[2] == heard[3]
