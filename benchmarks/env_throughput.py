@@ -2,9 +2,9 @@
 
     python benchmarks/env_throughput.py REFERENCE.npz [--envs 64 256 1024 4096]
 
-Raw: `mujoco.rollout` in chained calls of one control period, on the same models with the same controls. Ours: a step
-with rewards, terminations, resets and both observations. Every contender gets the same actions, small noise around the
-reference; times are the best of several rounds, the contenders taking turns. Last result in env_throughput.md.
+Raw: `mujoco.rollout` in chained calls of one control period, on the models, states and controls that our task goes
+through. Ours: a step with rewards, terminations, resets and both observations; actions are small noise. Times are the
+best of several rounds, the contenders taking turns. Last result in env_throughput.md.
 """
 
 from __future__ import annotations
@@ -74,33 +74,41 @@ def fastest(*contenders: Callable[[], None]) -> list[float]:
 
 
 def _ours(task: TrackingTask) -> Callable[[], None]:
-    rng = np.random.default_rng(0)
+    """The task from one saved state on, always with the same actions, so that every round does the same physics."""
+    begin = task.state_dict()
+    actions = 0.2 * np.random.default_rng(0).standard_normal((STEPS, task.envs, task.actions))
+    at = 0
 
     def step() -> None:
-        result = task.step(0.2 * rng.standard_normal((task.envs, task.actions)))
+        nonlocal at
+        if at == 0:
+            task.load_state_dict(begin)
+        result = task.step(actions[at])
         task.reset(np.flatnonzero(result.terminated | result.truncated))
         task.observe()
+        at = (at + 1) % STEPS
 
     return step
 
 
 def _raw(task: TrackingTask) -> Callable[[], None]:
-    """The same robots in the same states, four physics steps at a time, and nothing but physics."""
+    """Nothing but the physics of the very states and controls that the task goes through."""
     physics, threads = task.physics, available_threads()
+    states, controls = [], []
+    ours = _ours(task)
+    for _ in range(STEPS):
+        states.append(physics.state.copy())
+        ours()
+        controls.append(physics.controls.copy())
     pool = rollout.Rollout(nthread=threads)
-    data = [mujoco.MjData(physics._models[0]) for _ in range(threads)]
-    start = physics.state.copy()
-    state = {"now": start.copy(), "age": 0}
-    out = np.zeros((task.envs, physics.substeps, start.shape[1]))
-    controls = np.repeat(task.targets[task.frame][:, None], physics.substeps, axis=1)
+    data = [mujoco.MjData(physics.models[0]) for _ in range(threads)]
+    out = np.zeros((task.envs, physics.substeps, physics.state.shape[1]))
+    at = 0
 
     def step() -> None:
-        # Started anew as often as the task resets its robots, or most of them would soon lie on the floor.
-        state["age"] = (state["age"] + 1) % STEPS
-        if state["age"] == 0:
-            state["now"] = start.copy()
-        pool.rollout(physics._models, data, state["now"], controls, nstep=physics.substeps, state=out)
-        state["now"] = out[:, -1].copy()
+        nonlocal at
+        pool.rollout(physics.models, data, states[at], controls[at], nstep=physics.substeps, state=out)
+        at = (at + 1) % STEPS
 
     return step
 

@@ -62,16 +62,21 @@ class ObservationTable:
         ends = np.cumsum([t.size for t in self.terms])
         return {t.name: slice(int(e - t.size), int(e)) for t, e in zip(self.terms, ends, strict=True)}
 
-    def observe(self, situation: Situation, rng: np.random.Generator | None) -> Float[ndarray, "N size"]:
-        """All terms side by side in float32, with noise where a generator is given."""
+    def values(self, situation: Situation) -> Float[ndarray, "N size"]:
+        """All terms side by side in float32, without noise."""
         out = np.empty((len(situation.frame), self.size), dtype=np.float32)
         at = 0
         for term in self.terms:
-            value = term.compute(situation)
-            if rng is not None and term.noise > 0.0:
-                value = value + rng.uniform(-term.noise, term.noise, size=value.shape)
-            out[:, at : at + term.size] = value
+            out[:, at : at + term.size] = term.compute(situation)
             at += term.size
+        return out
+
+    def disturbed(self, values: Float[ndarray, "N size"], rng: np.random.Generator) -> Float[ndarray, "N size"]:
+        """Values as sensors would give them."""
+        width = np.repeat([t.noise for t in self.terms], [t.size for t in self.terms]).astype(np.float32)
+        noisy = np.flatnonzero(width)
+        out = values.copy()
+        out[:, noisy] += width[noisy] * rng.uniform(-1.0, 1.0, size=(len(values), len(noisy)))
         return out
 
     def as_rows(self) -> list[dict[str, object]]:
@@ -126,12 +131,10 @@ def actor_table(
     return ObservationTable(terms=tuple(terms))
 
 
-def critic_table(
-    robot: RobotModel, tables: ReferenceTables, look_ahead: tuple[int, ...], look_back: tuple[int, ...]
-) -> ObservationTable:
-    """What the actor sees, without noise, and what only a simulator knows."""
+def privileged_table(tables: ReferenceTables) -> ObservationTable:
+    """What only a simulator knows: the critic sees it beside everything that the actor sees, noise left away."""
     k = len(tables.bodies)
-    privileged = (
+    terms = (
         Term(name="anchor_position", size=3, unit="m", frame="robot anchor", noise=0.0, measurable=False,
              compute=lambda s: _anchor_position(s, tables)),
         Term(name="root_lin_vel", size=3, unit="m/s", frame="root body", noise=0.0, measurable=False,
@@ -141,8 +144,7 @@ def critic_table(
         Term(name="phase", size=1, unit="share of the clip", frame="", noise=0.0, measurable=False,
              compute=lambda s: (s.frame / max(1, tables.frames - 1))[:, None]),
     )  # fmt: skip
-    silent = ObservationNoise(orientation=0.0, gyro=0.0, joint_position=0.0, joint_velocity=0.0)
-    return ObservationTable(terms=(*actor_table(robot, tables, silent, look_ahead, look_back).terms, *privileged))
+    return ObservationTable(terms=terms)
 
 
 def _ahead(table: ndarray, frames: int, s: Situation) -> ndarray:

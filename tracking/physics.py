@@ -64,8 +64,8 @@ class PhysicsBatch:
         import mujoco
         from mujoco import rollout
 
-        self._models = list(models)
-        model = self._models[0]
+        self.models = list(models)
+        model = self.models[0]
         self.substeps = round(control_dt / model.opt.timestep)
         if abs(self.substeps * model.opt.timestep - control_dt) > 1e-9 or self.substeps < 1:
             raise TrackingError(
@@ -73,16 +73,16 @@ class PhysicsBatch:
                 expected="a whole number of them",
             )  # fmt: skip
         threads = threads or available_threads()
-        self._rollout = rollout.Rollout(nthread=threads if len(self._models) > 1 else 0)
-        self._data = [mujoco.MjData(model) for _ in range(max(1, threads if len(self._models) > 1 else 1))]
+        self._rollout = rollout.Rollout(nthread=threads if len(self.models) > 1 else 0)
+        self._data = [mujoco.MjData(model) for _ in range(max(1, threads if len(self.models) > 1 else 1))]
         kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
         size = mujoco.mj_stateSize(model, kind)
         # Of the full physics state [time, qpos, qvel, ...] all that has memory here is time, qpos and qvel.
         self._nq, self._nv = int(model.nq), int(model.nv)
-        self.state = np.zeros((len(self._models), size))
-        self._out = np.zeros((len(self._models), self.substeps, size))
-        self._sensors = np.zeros((len(self._models), self.substeps, model.nsensordata))
-        self._controls = np.zeros((len(self._models), self.substeps, model.nu))
+        self.state = np.zeros((len(self.models), size))
+        self._out = np.zeros((len(self.models), self.substeps, size))
+        self._sensors = np.zeros((len(self.models), self.substeps, model.nsensordata))
+        self.controls = np.zeros((len(self.models), self.substeps, model.nu))
         waits = np.zeros(self.count, dtype=int) if delay is None else delay
         # The targets of this period and of those before, newest first, as far back as the longest delay reaches.
         self.targets = np.zeros((self.count, 1 - (-int(waits.max()) // self.substeps), model.nu))
@@ -91,7 +91,7 @@ class PhysicsBatch:
     @property
     def count(self) -> int:
         """Number of robots N."""
-        return len(self._models)
+        return len(self.models)
 
     @property
     def qpos(self) -> Float[ndarray, "N nq"]:
@@ -128,12 +128,12 @@ class PhysicsBatch:
         """Advance all robots by one control period, holding the joint targets [rad]."""
         self.targets[:, 1:] = self.targets[:, :-1]
         self.targets[:, 0] = targets
-        self._controls[:] = np.take_along_axis(self.targets, self._which, axis=1)
+        self.controls[:] = np.take_along_axis(self.targets, self._which, axis=1)
         self._rollout.rollout(
-            self._models,
+            self.models,
             self._data,
             self.state,
-            self._controls,
+            self.controls,
             nstep=self.substeps,
             state=self._out,
             sensordata=self._sensors,

@@ -15,7 +15,7 @@ from robot_models import rotation as rot
 from tracking.body_sensors import BodySensors
 from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
 from tracking.config import TaskConfig
-from tracking.observations import Situation, actor_table, critic_table
+from tracking.observations import Situation, actor_table, privileged_table
 from tracking.physics import PhysicsBatch
 from tracking.prior import joint_targets
 from tracking.randomisation import Pushes, draw_robots
@@ -68,7 +68,7 @@ class TrackingTask:
         self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng)
         self.action_scale = c.action_scale * self.robot.effort / self.robot.kp
         self.actor = actor_table(self.robot, self.tables, c.observation_noise, c.look_ahead, c.look_back)
-        self.critic = critic_table(self.robot, self.tables, c.look_ahead, c.look_back)
+        self.privileged = privileged_table(self.tables)
         self.frame = np.zeros(self.envs, dtype=int)
         self.last_action = np.zeros((self.envs, self.actions))
         # States at the ends of the last control periods, the present one first.
@@ -146,7 +146,9 @@ class TrackingTask:
     def observe(self, *, noisy: bool = True) -> tuple[Float[ndarray, "N A"], Float[ndarray, "N C"]]:
         """Observations of actor (with noise) and critic (without), both of the present state."""
         s = self.situation()
-        return self.actor.observe(s, self.rng if noisy else None), self.critic.observe(s, None)
+        seen = self.actor.values(s)
+        critic = np.concatenate((seen, self.privileged.values(s)), axis=1)
+        return self.actor.disturbed(seen, self.rng) if noisy else seen, critic
 
     def close(self) -> None:
         """End the threads."""

@@ -104,7 +104,7 @@ def test_the_exported_actor_agrees_with_torch_and_its_contract_with_the_robot(re
 
 def test_an_actor_that_sees_what_no_robot_measures_is_not_exported(reference, tmp_path):
     one = trainer(reference)
-    one.task.actor = one.task.critic
+    one.task.actor = one.task.privileged
     with pytest.raises(TrackingError, match="anchor_position"):
         export_bundle(tmp_path, one.actor, one.task, "abc")
     assert not list(tmp_path.iterdir())
