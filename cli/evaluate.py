@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
@@ -13,6 +14,9 @@ from cli.terminal import BELOW_GATE, DONE, ClipPath, command, progress
 from cli.train import GATE
 from clips.files import write_whole
 from tracking.errors import TrackingError
+
+if TYPE_CHECKING:
+    from tracking import Evaluation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,15 +65,8 @@ def run(args: Arguments) -> int:
             bundle.policy, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=args.seed,
             progress=lambda done, total: tell("rollouts", done, total),
         )  # fmt: skip
-    table = Table(box=None, pad_edge=False, show_header=False)
     span = f"[{100 * result.finished_low:.0f}, {100 * result.finished_high:.0f}] % at 95 %"
-    table.add_row("finished", f"{100 * result.finished:.0f} % of {result.rollouts}", span)
-    table.add_row("survived", f"{result.survived_s:.2f} s", f"of {result.duration_s:.2f} s")
-    table.add_row("body error", f"{result.body_error_mm:.0f} mm", "mean over tracked bodies, root-relative")
-    table.add_row("drift", f"{result.global_error_mm:.0f} mm", "of the anchor in the room; the actor cannot see it")
-    table.add_row("joint error", f"{result.joint_error_rad:.3f} rad", "mean over joints")
-    table.add_row("failures", ", ".join(f"{k} {v}" for k, v in result.causes.items() if v) or "none", "")
-    console.print(table)
+    console.print(_table(result, span))
     if args.json is not None:
         with write_whole(args.json) as stream:
             stream.write(json.dumps(result.as_dict(), indent=1).encode())
@@ -80,3 +77,22 @@ def run(args: Arguments) -> int:
             args.recording, bundle.robot, bundle.reference, result.best, {}, f"# {args.bundle}\n{span} finish"
         )
     return DONE if result.finished >= GATE else BELOW_GATE
+
+
+def _table(result: Evaluation, span: str) -> Table:
+    table, hard = Table(box=None, pad_edge=False, show_header=False), result.hardest
+    table.add_row("finished", f"{100 * result.finished:.0f} % of {result.rollouts}", span)
+    table.add_row(
+        "and never 0.5 m off", f"{100 * result.finished_in_place:.0f} %", "in the room, which the actor cannot see"
+    )
+    table.add_row("survived", f"{result.survived_s:.2f} s", f"of {result.duration_s:.2f} s")
+    half = f"+-{result.body_error_half_mm:.1f} at 95 %; mean over tracked bodies, root-relative"
+    table.add_row("body error", f"{result.body_error_mm:.0f} mm", half)
+    table.add_row("error in the room", f"{result.global_error_mm:.0f} mm", "mean over tracked bodies")
+    table.add_row("joint error", f"{result.joint_error_rad:.3f} rad", "mean over joints")
+    table.add_row("failures", ", ".join(f"{k} {v}" for k, v in result.causes.items() if v) or "none", "")
+    where = f"second {hard.at_s:.0f}: {hard.failed} failed" if hard.failed else f"second {hard.at_s:.0f}: none failed"
+    table.add_row("hardest", where, f"body error {hard.body_error_mm or 0.0:.0f} mm there")
+    for name, value in result.terms.items():
+        table.add_row(f"reward, {name.replace('_', ' ')}", f"{value:+.3f}", "per second, weighted")
+    return table

@@ -16,27 +16,46 @@ from tracking.task import StepResult, TrackingTask
 
 Policy = Callable[[Float[ndarray, "N A"]], Float[ndarray, "N J"]]  # observations -> mean actions
 _Z95 = 1.96
+IN_PLACE = 0.5  # largest mean distance of the tracked bodies from the reference in the room, the field's other rule [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Evaluation:
-    """Result of many rollouts of the whole dance."""
+    """Result of many rollouts of the whole dance. Errors are means over all frames in which a rollout stood."""
 
     rollouts: int
     finished: float  # share that reached the last frame without failing
     finished_low: float  # 95 % Wilson interval
     finished_high: float
+    finished_in_place: float  # share that finished and was never 0.5 m off in the room (mean over tracked bodies)
     survived_s: float  # mean time before the failure or the end [s]
     duration_s: float  # of the dance [s]
-    body_error_mm: float  # mean over tracked bodies, root-relative, while standing
-    global_error_mm: float  # drift of the anchor in the room
+    body_error_mm: float  # mean over tracked bodies, root-relative
+    body_error_half_mm: float  # half width of its 95 % interval, over rollouts
+    global_error_mm: float  # mean over tracked bodies, in the room; the actor cannot see it
     joint_error_rad: float
     causes: dict[str, int]  # failures by cause
+    terms: dict[str, float]  # mean of every weighted reward term
+    seconds: tuple[Second, ...]  # of the dance, one after another
     best: Float[ndarray, "N nq"]  # qpos of the rollout that lasted longest, from the dance's first frame
 
     def as_dict(self) -> dict[str, object]:
         """Numbers without the rollout."""
         return {k: v for k, v in asdict(self).items() if k != "best"}
+
+    @property
+    def hardest(self) -> Second:
+        """The second in which most rollouts failed; among equals, the one with the largest error."""
+        return max(self.seconds, key=lambda s: (s.failed, s.body_error_mm or 0.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Second:
+    """One second of the dance."""
+
+    at_s: float  # its beginning, from the dance's first frame [s]
+    failed: int  # rollouts that ended in it
+    body_error_mm: float | None  # of those that stood; None if none did
 
 
 def evaluate(
@@ -69,9 +88,8 @@ def evaluate(
     tally = _Tally(rollouts)
     path = [task.physics.qpos.copy()]
     for done in range(steps):
-        tally.add(
-            task.step(policy(task.observe()[0])), np.abs(task.physics.qpos[:, 7:] - task.tables.joint_pos[task.frame])
-        )
+        result = task.step(policy(task.observe()[0]))
+        tally.add(result, task)
         path.append(task.physics.qpos.copy())
         if progress is not None:
             progress(done + 1, steps)
@@ -82,40 +100,68 @@ def evaluate(
 
 
 class _Tally:
-    """Counts of rollouts that go on until each has failed; errors count while a rollout is alive."""
+    """What N rollouts come to, each until it fails."""
 
     def __init__(self, rollouts: int) -> None:
         self.alive = np.ones(rollouts, dtype=bool)
+        self._in_place = np.ones(rollouts, dtype=bool)
         self._lasted = np.zeros(rollouts)
-        self._sums = np.zeros(3)  # body, drift, joint errors over all living steps
         self._causes: dict[str, int] = {}
+        self._terms: dict[str, float] = {}
+        self._errors: list[ndarray] = []  # per step: (3, N) body, room, joint errors; NaN where a rollout has ended
 
-    def add(self, result: StepResult, joint_error: Float[ndarray, "N J"]) -> None:
+    def add(self, result: StepResult, task: TrackingTask) -> None:
         for name, failed in result.causes.items():
             self._causes[name] = self._causes.get(name, 0) + int((failed & self.alive).sum())
         self.alive &= ~result.terminated
         self._lasted += self.alive
+        for name, value in result.terms.items():
+            self._terms[name] = self._terms.get(name, 0.0) + float(value[self.alive].sum())
+        room = np.linalg.norm(task.tables.pos[task.frame] - task.sensors.states.pos, axis=-1).mean(axis=1)
+        self._in_place &= ~self.alive | (room <= IN_PLACE)
+        joint = np.abs(task.physics.qpos[:, 7:] - task.tables.joint_pos[task.frame]).mean(axis=1)
         body = np.linalg.norm(result.errors.body_pos, axis=-1).mean(axis=1)
-        drift = np.linalg.norm(result.errors.anchor_pos, axis=-1)
-        self._sums += [e[self.alive].sum() for e in (body, drift, joint_error.mean(axis=1))]
+        self._errors.append(np.where(self.alive, np.stack((body, room, joint)), np.nan))
 
     def result(self, dt: float, steps: int, path: Float[ndarray, "T N nq"]) -> Evaluation:
-        best = int(np.argmax(self._lasted))
-        low, high = wilson(int(self.alive.sum()), len(self.alive))
-        body, drift, joint = self._sums / max(1.0, self._lasted.sum())
+        best, count = int(np.argmax(self._lasted)), len(self.alive)
+        low, high = wilson(int(self.alive.sum()), count)
+        errors, frames = np.stack(self._errors), max(1.0, self._lasted.sum())
+        body, room, joint = np.nansum(errors, axis=(0, 2)) / frames
+        each = np.nansum(errors[:, 0], axis=0)[self._lasted > 0] / self._lasted[self._lasted > 0]
+        spread = float(each.std(ddof=1)) if len(each) > 1 else 0.0
         return Evaluation(
-            rollouts=len(self.alive),
+            rollouts=count,
             finished=float(self.alive.mean()),
             finished_low=low,
             finished_high=high,
+            finished_in_place=float((self.alive & self._in_place).mean()),
             survived_s=float(self._lasted.mean() * dt),
             duration_s=steps * dt,
             body_error_mm=1e3 * float(body),
-            global_error_mm=1e3 * float(drift),
+            body_error_half_mm=1e3 * _Z95 * spread / max(1.0, np.sqrt(len(each))),
+            global_error_mm=1e3 * float(room),
             joint_error_rad=float(joint),
             causes=self._causes,
+            terms={name: value / frames for name, value in self._terms.items()},
+            seconds=self._seconds(errors[:, 0], steps, max(1, round(1.0 / dt))),
             best=path[: int(self._lasted[best]) + 1, best],
         )
+
+    def _seconds(self, body: Float[ndarray, "T N"], steps: int, per_second: int) -> tuple[Second, ...]:
+        ended = self._lasted[~self.alive]
+        out = []
+        for a in range(0, steps, per_second):
+            part = body[a : a + per_second]
+            standing = part[np.isfinite(part)]
+            out.append(
+                Second(
+                    at_s=a / per_second,
+                    failed=int(((ended >= a) & (ended < a + per_second)).sum()),
+                    body_error_mm=1e3 * float(standing.mean()) if len(standing) else None,
+                )
+            )
+        return tuple(out)
 
 
 def wilson(successes: int, trials: int) -> tuple[float, float]:

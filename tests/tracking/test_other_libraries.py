@@ -40,7 +40,9 @@ def test_stable_baselines3_with_everything_a_tutorial_uses(groove_file, tmp_path
         return Monitor(gymnasium.make(name, reference=str(groove_file)))
 
     check_env(make(), warn=False)
-    watch = EvalCallback(DummyVecEnv([make]), best_model_save_path=str(tmp_path), eval_freq=512, n_eval_episodes=2, verbose=0)
+    watch = EvalCallback(
+        DummyVecEnv([make]), best_model_save_path=str(tmp_path), eval_freq=512, n_eval_episodes=2, verbose=0
+    )
     model = sb3.PPO(
         "MlpPolicy", DummyVecEnv([make] * 2), n_steps=256, batch_size=128, n_epochs=2, seed=0, device="cpu",
         tensorboard_log=str(tmp_path / "board"),
