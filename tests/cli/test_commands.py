@@ -11,6 +11,7 @@ from conftest import SAMPLES
 
 import cli.evaluate
 import cli.inspect
+import cli.play
 import cli.retarget
 import cli.train
 
@@ -20,6 +21,7 @@ COMMANDS = {
     "dance-inspect": cli.inspect.main,
     "dance-train": cli.train.main,
     "dance-eval": cli.evaluate.main,
+    "dance-play": cli.play.main,
 }
 
 
@@ -117,7 +119,7 @@ def test_train_and_eval_from_end_to_end(groove_file, tmp_path, capsys):
     assert "survives" in said and "onnxruntime agrees" in said
     assert (run / "training.rrd").stat().st_size > 50_000
     result = tmp_path / "result.json"
-    code = COMMANDS["dance-eval"]([str(run), "--ref", str(groove_file), "--rollouts", "4", "--json", str(result)])
+    code = COMMANDS["dance-eval"]([str(run), "--rollouts", "4", "--json", str(result)])
     told = json.loads(result.read_text())
     assert code == (0 if told["finished"] >= 0.95 else 1)
     assert told["rollouts"] == 4 and told["survived_s"] > 0
