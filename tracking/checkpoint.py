@@ -75,6 +75,8 @@ def restore(trainer: Trainer, state: dict[str, Any], config: TrainConfig, refere
         if then["ppo"][key] != now["ppo"][key]:
             raise TrackingError("resume", found=f"another {key} ({now['ppo'][key]})", expected=f"{then['ppo'][key]}")
     trainer.algorithm.load(state["algorithm"], None, True)
+    # The library saves its optimiser, but not the rate that it goes on adapting from.
+    trainer.algorithm.learning_rate = trainer.algorithm.optimizer.param_groups[0]["lr"]
     torch.set_rng_state(state["torch_rng"])
     trainer.age = state["age"].numpy().copy()
     trainer.task.load_state_dict(_unpacked(state["task"]))

@@ -33,6 +33,7 @@ class Iteration:
     terms: dict[str, float]  # mean of every reward term
     causes: dict[str, int]  # failures by cause
     std: float  # mean standard deviation of the action
+    rate: float  # learning rate at the end of it
 
 
 class Trainer:
@@ -50,9 +51,8 @@ class Trainer:
         """The policy network; called on observations it gives the mean action."""
         return self.algorithm.get_policy()
 
-    def iterate(self, learning_rate: float) -> Iteration:
+    def iterate(self) -> Iteration:
         """Collect one batch and learn from it."""
-        self._set_rate(learning_rate)
         self.algorithm.train_mode()
         observation = self._observe()
         ended: list[float] = []
@@ -83,6 +83,7 @@ class Trainer:
             terms={k: float(np.mean(v)) for k, v in terms.items()},
             causes=causes,
             std=float(self.algorithm.actor.output_std.detach().mean()),
+            rate=float(self.algorithm.learning_rate),
         )
 
     def _observe(self) -> TensorDict:
@@ -100,11 +101,6 @@ class Trainer:
             torch.from_numpy(terminated | truncated),
             {"time_outs": torch.from_numpy(truncated)},
         )
-
-    def _set_rate(self, rate: float) -> None:
-        self.algorithm.learning_rate = rate
-        for group in self.algorithm.optimizer.param_groups:
-            group["lr"] = rate
 
     def _keep_exploring(self) -> None:
         """Hold log-std inside its range: the library clamps it on use, where a parameter outside gets no gradient."""
@@ -151,7 +147,7 @@ def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig) -
         max_grad_norm=c.max_grad_norm,
         optimizer="adam",
         use_clipped_value_loss=True,
-        schedule="fixed",
-        desired_kl=0.01,
+        schedule="adaptive",
+        desired_kl=c.desired_kl,
         normalize_advantage_per_mini_batch=False,
     )

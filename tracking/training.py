@@ -78,7 +78,7 @@ def train(
         run.stopped = _reason_to_stop(run, config)
         while not run.stopped:
             task.harden(run.steps / config.steps)
-            result = trainer.iterate(_rate(config, run.steps))
+            result = trainer.iterate()
             _check_finite(result, trainer, run, config, reference_sha256)
             run.steps += result.steps
             run.seconds = time.perf_counter() - began
@@ -107,12 +107,6 @@ def _prepare(folder: Path, resume: bool) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as e:
         raise TrackingError(str(folder), found=f"a folder that cannot be made ({e.strerror})", expected="one") from e
-
-
-def _rate(config: TrainConfig, steps: int) -> float:
-    """Learning rate, linear over the budget."""
-    part = min(1.0, steps / config.steps)
-    return config.ppo.learning_rate + part * (config.ppo.final_learning_rate - config.ppo.learning_rate)
 
 
 def _judge(run: Run, trainer: Trainer, config: TrainConfig, sha: str, board: TensorBoard) -> None:
