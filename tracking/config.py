@@ -116,7 +116,7 @@ class PpoConfig:
     minibatches: int = 4
     learning_rate: float = 1e-3  # at the start; then as large as the divergence below allows
     # KL divergence of the policy from itself before the update. BeyondMimic's 0.01 is for batches of 100k samples.
-    desired_kl: float = 0.02
+    desired_kl: float = 0.05
     gamma: float = 0.97  # two thirds of a second: how long a fall takes
     lam: float = 0.9
     clip: float = 0.2
