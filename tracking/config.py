@@ -115,8 +115,11 @@ class PpoConfig:
     epochs: int = 5
     minibatches: int = 4
     learning_rate: float = 1e-3  # at the start; then as large as the divergence below allows
-    # KL divergence of the policy from itself before the update. BeyondMimic's 0.01 is for batches of 100k samples.
-    desired_kl: float = 0.05
+    # KL divergence of the policy from itself before the update; BeyondMimic's 0.01 is for batches of 100k samples. It
+    # falls from the first to the last value over a share of the budget: who knows nothing yet may leap.
+    first_kl: float = 0.25
+    last_kl: float = 0.05
+    settle_over: float = 0.1
     gamma: float = 0.97  # two thirds of a second: how long a fall takes
     lam: float = 0.9
     clip: float = 0.2

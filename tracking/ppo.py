@@ -51,8 +51,9 @@ class Trainer:
         """The policy network; called on observations it gives the mean action."""
         return self.algorithm.get_policy()
 
-    def iterate(self) -> Iteration:
-        """Collect one batch and learn from it."""
+    def iterate(self, kl: float) -> Iteration:
+        """Collect one batch and learn from it, with about this much divergence of the new policy from the old."""
+        self.algorithm.desired_kl = kl
         self.algorithm.train_mode()
         observation = self._observe()
         ended: list[float] = []
@@ -148,6 +149,6 @@ def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig) -
         optimizer="adam",
         use_clipped_value_loss=True,
         schedule="adaptive",
-        desired_kl=c.desired_kl,
+        desired_kl=c.first_kl,
         normalize_advantage_per_mini_batch=False,
     )
