@@ -24,12 +24,14 @@ class Arguments:
     """Roll out a policy bundle over its whole dance and count how often it finishes.
 
     Examples:
+        dance-eval groove-g1
         dance-eval runs/groove
         dance-eval runs/groove --rollouts 500 --json result.json
     """
 
     bundle: ClipPath
-    """Folder that dance-train wrote: policy.onnx, contract.json, reference.npz."""
+    """Folder that dance-train wrote (policy.onnx, contract.json, reference.npz), or groove-dancer or groove-g1, which
+    come with the package."""
     ref: Path | None = None
     """The reference that it was trained on, where it does not lie in the bundle."""
     robot: str | None = None

@@ -23,13 +23,15 @@ class Arguments:
     """Watch a policy dance in the simulator, live; or a reference, as it is.
 
     Examples:
+        dance-play groove-g1
         dance-play runs/groove
         dance-play runs/groove --film groove.mp4
         dance-play groove.npz
     """
 
     what: ClipPath
-    """Folder of a policy bundle, or a reference (.npz), which is shown without physics."""
+    """Folder of a policy bundle, the name of one that comes with the package (groove-dancer, groove-g1), or a
+    reference (.npz), which is shown without physics."""
     film: Path | None = None
     """Write a film (.mp4) and open no window; for machines without a display."""
     robot: str | None = None

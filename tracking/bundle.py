@@ -16,6 +16,7 @@ from tracking.evaluation import Policy
 from tracking.export import check_contract, onnx_policy
 
 REFERENCE = "reference.npz"
+SHIPPED = Path(__file__).parent / "policies"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,7 +36,7 @@ def load_bundle(
     """Read a bundle and refuse what does not belong together.
 
     Args:
-        folder: where dance-train wrote it.
+        folder: where dance-train wrote it, or the name of a policy that comes with the package.
         reference: the reference file, where it is not the bundle's own.
         robot: path of the robot's profile, where it is not a built-in one.
         config: the task that it shall run in.
@@ -43,6 +44,7 @@ def load_bundle(
     Raises:
         TrackingError: not a bundle, or the contract was made for another robot, reference or task.
     """
+    folder = _found(folder)
     config, path = config or TaskConfig(), reference or folder / REFERENCE
     contract = _contract(folder / "contract.json")
     model = load_robot(robot or load_reference(path).robot)
@@ -56,9 +58,19 @@ def load_bundle(
     )
 
 
+def _found(folder: Path) -> Path:
+    """The folder itself, or the shipped policy of that name."""
+    if folder.exists() or not (SHIPPED / folder.name).is_dir():
+        return folder
+    return SHIPPED / folder.name
+
+
 def _contract(path: Path) -> dict[str, Any]:
     try:
         told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         return told
     except (OSError, ValueError) as e:
-        raise TrackingError(str(path), found="no contract", expected="a bundle folder that dance-train wrote") from e
+        names = ", ".join(sorted(p.name for p in SHIPPED.glob("*")))
+        raise TrackingError(
+            str(path), found="no contract", expected=f"a bundle folder that dance-train wrote, or one of: {names}"
+        ) from e
