@@ -114,12 +114,8 @@ class PpoConfig:
     steps_per_env: int = 24
     epochs: int = 5
     minibatches: int = 4
-    learning_rate: float = 2e-3  # at the start; then as large as the divergence below allows
-    # KL divergence of the policy from itself before the update; BeyondMimic's 0.01 is for batches of 100k samples. It
-    # falls from the first to the last value over so many steps: who knows nothing yet may leap.
-    first_kl: float = 1.0
-    last_kl: float = 0.05
-    settle_steps: int = 1_000_000
+    rate_range: tuple[float, float] = (2e-5, 2e-3)  # of the learning rate; a run begins with the highest
+    desired_kl: float = 0.1  # divergence of the policy from itself before an update, which the rate shall bring about
     gamma: float = 0.97  # two thirds of a second: how long a fall takes
     lam: float = 0.9
     clip: float = 0.2

@@ -33,7 +33,8 @@ class Iteration:
     terms: dict[str, float]  # mean of every reward term
     causes: dict[str, int]  # failures by cause
     std: float  # mean standard deviation of the action
-    rate: float  # learning rate at the end of it
+    kl: float  # divergence of the new policy from the old on this batch
+    rate: float  # learning rate of the next update
 
 
 class Trainer:
@@ -51,9 +52,8 @@ class Trainer:
         """The policy network; called on observations it gives the mean action."""
         return self.algorithm.get_policy()
 
-    def iterate(self, kl: float) -> Iteration:
-        """Collect one batch and learn from it, with about this much divergence of the new policy from the old."""
-        self.algorithm.desired_kl = kl
+    def iterate(self) -> Iteration:
+        """Collect one batch and learn from it."""
         self.algorithm.train_mode()
         observation = self._observe()
         ended: list[float] = []
@@ -76,6 +76,8 @@ class Trainer:
                 self._record(observation, result.reward, result.terminated, result.truncated)
             self.algorithm.compute_returns(observation)
         losses = self.algorithm.update()
+        divergence = self._divergence()
+        self._adapt_rate(divergence)
         self._keep_exploring()
         return Iteration(
             steps=self.task.envs * self.config.steps_per_env,
@@ -84,6 +86,7 @@ class Trainer:
             terms={k: float(np.mean(v)) for k, v in terms.items()},
             causes=causes,
             std=float(self.algorithm.actor.output_std.detach().mean()),
+            kl=divergence,
             rate=float(self.algorithm.learning_rate),
         )
 
@@ -102,6 +105,25 @@ class Trainer:
             torch.from_numpy(terminated | truncated),
             {"time_outs": torch.from_numpy(truncated)},
         )
+
+    def _divergence(self) -> float:
+        """KL divergence of the policy before the update from the one after it, mean over the batch."""
+        storage, actor = self.algorithm.storage, self.algorithm.actor
+        before = tuple(p.flatten(0, 1) for p in storage.distribution_params)
+        with torch.inference_mode():
+            actor(storage.observations.flatten(0, 1), stochastic_output=True)
+            return float(actor.get_kl_divergence(before, actor.output_distribution_params).mean())
+
+    def _adapt_rate(self, divergence: float) -> None:
+        """Bring the next update's divergence nearer to the wanted one.
+
+        The library's own rule changes the rate within an update: small batches let it jump tenfold in one.
+        """
+        c = self.config
+        factor = np.clip(c.desired_kl / max(divergence, 1e-9), 0.8, 1.25)
+        self.algorithm.learning_rate = float(np.clip(self.algorithm.learning_rate * factor, *c.rate_range))
+        for group in self.algorithm.optimizer.param_groups:
+            group["lr"] = self.algorithm.learning_rate
 
     def _keep_exploring(self) -> None:
         """Hold log-std inside its range: the library clamps it on use, where a parameter outside gets no gradient."""
@@ -144,11 +166,11 @@ def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig) -
         lam=c.lam,
         value_loss_coef=c.value_weight,
         entropy_coef=c.entropy,
-        learning_rate=c.learning_rate,
+        learning_rate=c.rate_range[1],
         max_grad_norm=c.max_grad_norm,
         optimizer="adam",
         use_clipped_value_loss=True,
-        schedule="adaptive",
-        desired_kl=c.first_kl,
+        schedule="fixed",
+        desired_kl=c.desired_kl,
         normalize_advantage_per_mini_batch=False,
     )

@@ -21,7 +21,7 @@ from tracking.checkpoint import load_checkpoint
 INTERVAL = 16 * 8 * 5
 CONFIG = TrainConfig(
     envs=16, steps=INTERVAL * 400, evaluate_every=INTERVAL, rollouts=2, threads=1, minutes=1.0,
-    ppo=PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2, first_kl=0.05),
+    ppo=PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2),
     task=TaskConfig(randomisation=RandomisationConfig(grow_over=0.0)),  # nothing depends on the budget, so budgets may differ
 )  # fmt: skip
 CHILD = """
