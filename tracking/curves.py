@@ -36,12 +36,8 @@ class TensorBoard:
             f"loss/{k}": v for k, v in result.losses.items()
         }
         scalars |= {f"failures/{k}": float(v) for k, v in result.causes.items()}
-        scalars |= {
-            "episode/length_s": result.episode_s,
-            "policy/std": result.std,
-            "policy/learning_rate": result.rate,
-            "policy/kl": result.kl,
-        }
+        scalars |= {"episode/length_s": result.episode_s, "policy/std": result.std}
+        scalars |= {"policy/learning_rate": result.rate, "policy/kl": result.kl}
         for name, value in scalars.items():
             self._writer.add_scalar(name, value, steps)
 
