@@ -115,7 +115,11 @@ class PpoConfig:
     epochs: int = 5
     minibatches: int = 4
     rate_range: tuple[float, float] = (2e-5, 2e-3)  # of the learning rate; a run begins with the highest
-    desired_kl: float = 0.1  # divergence of the policy from itself before an update, which the rate shall bring about
+    # Divergence of the policy from itself before an update, which the rate shall bring about. Who knows nothing yet may
+    # leap: it falls from the first value to the last over so many steps.
+    first_kl: float = 0.3
+    last_kl: float = 0.06
+    settle_steps: int = 1_000_000
     gamma: float = 0.97  # two thirds of a second: how long a fall takes
     lam: float = 0.9
     clip: float = 0.2

@@ -52,8 +52,8 @@ class Trainer:
         """The policy network; called on observations it gives the mean action."""
         return self.algorithm.get_policy()
 
-    def iterate(self) -> Iteration:
-        """Collect one batch and learn from it."""
+    def iterate(self, kl: float) -> Iteration:
+        """Collect one batch and learn from it; the next update shall have this divergence."""
         self.algorithm.train_mode()
         observation = self._observe()
         ended: list[float] = []
@@ -77,7 +77,7 @@ class Trainer:
             self.algorithm.compute_returns(observation)
         losses = self.algorithm.update()
         divergence = self._divergence()
-        self._adapt_rate(divergence)
+        self._adapt_rate(divergence, kl)
         self._keep_exploring()
         return Iteration(
             steps=self.task.envs * self.config.steps_per_env,
@@ -114,14 +114,13 @@ class Trainer:
             actor(storage.observations.flatten(0, 1), stochastic_output=True)
             return float(actor.get_kl_divergence(before, actor.output_distribution_params).mean())
 
-    def _adapt_rate(self, divergence: float) -> None:
+    def _adapt_rate(self, divergence: float, wanted: float) -> None:
         """Bring the next update's divergence nearer to the wanted one.
 
         The library's own rule changes the rate within an update: small batches let it jump tenfold in one.
         """
-        c = self.config
-        factor = np.clip(c.desired_kl / max(divergence, 1e-9), 0.8, 1.25)
-        self.algorithm.learning_rate = float(np.clip(self.algorithm.learning_rate * factor, *c.rate_range))
+        factor = np.clip(wanted / max(divergence, 1e-9), 0.8, 1.25)
+        self.algorithm.learning_rate = float(np.clip(self.algorithm.learning_rate * factor, *self.config.rate_range))
         for group in self.algorithm.optimizer.param_groups:
             group["lr"] = self.algorithm.learning_rate
 
@@ -171,6 +170,6 @@ def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig) -
         optimizer="adam",
         use_clipped_value_loss=True,
         schedule="fixed",
-        desired_kl=c.desired_kl,
+        desired_kl=c.last_kl,
         normalize_advantage_per_mini_batch=False,
     )

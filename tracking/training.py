@@ -11,7 +11,7 @@ from pathlib import Path
 from clips import Reference
 from robot_models import RobotModel
 from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
-from tracking.config import TrainConfig
+from tracking.config import PpoConfig, TrainConfig
 from tracking.curves import TensorBoard, write_curves
 from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
@@ -78,7 +78,7 @@ def train(
         run.stopped = _reason_to_stop(run, config)
         while not run.stopped:
             task.harden(run.steps / config.steps)
-            result = trainer.iterate()
+            result = trainer.iterate(_wanted_kl(config.ppo, run.steps))
             _check_finite(result, trainer, run, config, reference_sha256)
             run.steps += result.steps
             run.seconds = time.perf_counter() - began
@@ -107,6 +107,11 @@ def _prepare(folder: Path, resume: bool) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as e:
         raise TrackingError(str(folder), found=f"a folder that cannot be made ({e.strerror})", expected="one") from e
+
+
+def _wanted_kl(c: PpoConfig, steps: int) -> float:
+    """The divergence that an update shall have, geometric between the first and the last."""
+    return c.first_kl * (c.last_kl / c.first_kl) ** min(1.0, steps / c.settle_steps)
 
 
 def _judge(run: Run, trainer: Trainer, config: TrainConfig, sha: str, board: TensorBoard) -> None:

@@ -36,14 +36,14 @@ def weights(t):
 def test_a_resumed_run_continues_identically(reference, tmp_path):
     one = trainer(reference)
     for _ in range(3):
-        one.iterate()
+        one.iterate(0.1)
     save_checkpoint(tmp_path / "c.pt", one, CONFIG, "abc", {"steps": 3})
-    straight = [one.iterate() for _ in range(3)]
+    straight = [one.iterate(0.1) for _ in range(3)]
     two = trainer(reference)
     for _ in range(2):
-        two.iterate()  # somewhere else entirely
+        two.iterate(0.1)  # somewhere else entirely
     progress = restore(two, load_checkpoint(tmp_path / "c.pt"), CONFIG, "abc")
-    resumed = [two.iterate() for _ in range(3)]
+    resumed = [two.iterate(0.1) for _ in range(3)]
     assert progress == {"steps": 3}
     assert torch.equal(weights(one), weights(two))
     for a, b in zip(straight, resumed, strict=True):
@@ -91,7 +91,7 @@ def test_a_broken_checkpoint_is_refused(tmp_path):
 
 def test_the_exported_actor_agrees_with_torch_and_its_contract_with_the_robot(reference, tmp_path):
     one = trainer(reference)
-    one.iterate()
+    one.iterate(0.1)
     assert export_bundle(tmp_path, one.actor, one.task, "abc") < 1e-5
     seen = one.task.observe()[0]
     np.testing.assert_allclose(onnx_policy(tmp_path / "policy.onnx")(seen), torch_policy(one.actor)(seen), atol=1e-5)
@@ -113,8 +113,8 @@ def test_an_actor_that_sees_what_no_robot_measures_is_not_exported(reference, tm
 def test_numbers_that_stop_being_finite_stop_the_run_and_keep_the_state(reference, tmp_path, monkeypatch):
     real = Trainer.iterate
 
-    def poisoned(self):
-        result = real(self)
+    def poisoned(self, kl):
+        result = real(self, kl)
         return dataclasses.replace(result, losses={"value": float("nan")})
 
     monkeypatch.setattr(Trainer, "iterate", poisoned)
@@ -133,8 +133,8 @@ def test_it_learns(reference, tmp_path):
 def test_a_diverged_run_keeps_its_last_good_checkpoint(reference, tmp_path, monkeypatch):
     real, count = Trainer.iterate, iter(range(100))
 
-    def poisoned(self):
-        result = real(self)
+    def poisoned(self, kl):
+        result = real(self, kl)
         if next(count) < 4:
             return result
         with torch.no_grad():
