@@ -84,17 +84,15 @@ def run(args: Arguments) -> int:
 def _table(result: Evaluation, span: str) -> Table:
     table, hard = Table(box=None, pad_edge=False, show_header=False), result.hardest
     table.add_row("finished", f"{100 * result.finished:.0f} % of {result.rollouts}", span)
-    table.add_row(
-        "and never 0.5 m off", f"{100 * result.finished_in_place:.0f} %", "in the room, which the actor cannot see"
-    )
+    table.add_row("and never 0.5 m off", f"{100 * result.finished_in_place:.0f} %", "in the room")
     table.add_row("survived", f"{result.survived_s:.2f} s", f"of {result.duration_s:.2f} s")
-    half = f"+-{result.body_error_half_mm:.1f} at 95 %; mean over tracked bodies, root-relative"
+    half = f"+-{result.body_error_half_mm:.1f} at 95 %, root-relative"
     table.add_row("body error", f"{result.body_error_mm:.0f} mm", half)
-    table.add_row("error in the room", f"{result.global_error_mm:.0f} mm", "mean over tracked bodies")
+    table.add_row("error in the room", f"{result.global_error_mm:.0f} mm", "")
     table.add_row("joint error", f"{result.joint_error_rad:.3f} rad", "mean over joints")
     table.add_row("failures", ", ".join(f"{k} {v}" for k, v in result.causes.items() if v) or "none", "")
     where = f"second {hard.at_s:.0f}: {hard.failed} failed" if hard.failed else f"second {hard.at_s:.0f}: none failed"
     table.add_row("hardest", where, f"body error {hard.body_error_mm or 0.0:.0f} mm there")
     for name, value in result.terms.items():
-        table.add_row(f"reward, {name.replace('_', ' ')}", f"{value:+.3f}", "per second, weighted")
+        table.add_row(name.replace("_", " "), f"{value:+.3f}", "of the reward, mean")
     return table
