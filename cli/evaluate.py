@@ -59,7 +59,7 @@ def run(args: Arguments) -> int:
 
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
-    console = Console(highlight=False)
+    console = Console(highlight=False, soft_wrap=True)
     bundle = load_bundle(args.bundle, reference=args.ref, robot=args.robot)
     task = evaluation_task(bundle.config, randomised=args.randomisation)
     with progress("steps") as tell:
@@ -67,32 +67,36 @@ def run(args: Arguments) -> int:
             bundle.policy, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=args.seed,
             progress=lambda done, total: tell("rollouts", done, total),
         )  # fmt: skip
-    span = f"[{100 * result.finished_low:.0f}, {100 * result.finished_high:.0f}] % at 95 %"
-    console.print(_table(result, span))
+    rows = _rows(result)
+    table = Table(box=None, pad_edge=False, show_header=False)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
     if args.json is not None:
         with write_whole(args.json) as stream:
             stream.write(json.dumps(result.as_dict(), indent=1).encode())
+        console.print(f"wrote {args.json}", markup=False)
     if args.recording is not None:
         from cli.show import save_training
 
-        save_training(
-            args.recording, bundle.robot, bundle.reference, result.best, {}, f"# {args.bundle}\n{span} finish"
-        )
+        text = "\n".join([f"# {args.bundle}", "| | | |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)])
+        save_training(args.recording, bundle.robot, bundle.reference, result.best, {}, text)
+        console.print(f"wrote {args.recording}   open it: rerun {args.recording}", markup=False)
     return DONE if result.finished >= GATE else BELOW_GATE
 
 
-def _table(result: Evaluation, span: str) -> Table:
-    table, hard = Table(box=None, pad_edge=False, show_header=False), result.hardest
-    table.add_row("finished", f"{100 * result.finished:.0f} % of {result.rollouts}", span)
-    table.add_row("and never 0.5 m off", f"{100 * result.finished_in_place:.0f} %", "in the room")
-    table.add_row("survived", f"{result.survived_s:.2f} s", f"of {result.duration_s:.2f} s")
-    half = f"+-{result.body_error_half_mm:.1f} at 95 %, root-relative"
-    table.add_row("body error", f"{result.body_error_mm:.0f} mm", half)
-    table.add_row("error in the room", f"{result.global_error_mm:.0f} mm", "")
-    table.add_row("joint error", f"{result.joint_error_rad:.3f} rad", "mean over joints")
-    table.add_row("failures", ", ".join(f"{k} {v}" for k, v in result.causes.items() if v) or "none", "")
-    where = f"second {hard.at_s:.0f}: {hard.failed} failed" if hard.failed else f"second {hard.at_s:.0f}: none failed"
-    table.add_row("hardest", where, f"body error {hard.body_error_mm or 0.0:.0f} mm there")
-    for name, value in result.terms.items():
-        table.add_row(name.replace("_", " "), f"{value:+.3f}", "of the reward, mean")
-    return table
+def _rows(r: Evaluation) -> list[tuple[str, str, str]]:
+    """What is measured, its value, a remark."""
+    hard, span = r.hardest, f"[{100 * r.finished_low:.0f}, {100 * r.finished_high:.0f}] % at 95 %"
+    failed = f"{hard.failed} failed" if hard.failed else "none failed"
+    return [
+        ("finished", f"{100 * r.finished:.0f} % of {r.rollouts}", span),
+        ("and never 0.5 m off", f"{100 * r.finished_in_place:.0f} %", "in the room"),
+        ("survived", f"{r.survived_s:.2f} s", f"of {r.duration_s:.2f} s"),
+        ("body error", f"{r.body_error_mm:.0f} mm", f"+-{r.body_error_half_mm:.1f} at 95 %, root-relative"),
+        ("error in the room", f"{r.global_error_mm:.0f} mm", ""),
+        ("joint error", f"{r.joint_error_rad:.3f} rad", "mean over joints"),
+        ("failures", ", ".join(f"{k} {v}" for k, v in r.causes.items() if v) or "none", ""),
+        ("hardest", f"second {hard.at_s:.0f}: {failed}", f"body error {hard.body_error_mm or 0.0:.0f} mm there"),
+        *((name.replace("_", " "), f"{value:+.3f}", "of the reward, mean") for name, value in r.terms.items()),
+    ]

@@ -77,11 +77,13 @@ def save_training(
         _robot(log, "world/ghost", robot, parts, tint=_GHOST)
         _move(log, "world/ghost", robot, reference.body_pos_w[dance], reference.body_quat_w[dance], index)
         error = 1e3 * np.linalg.norm(pos - reference.body_pos_w[dance], axis=-1).mean(axis=1)
-        _curves(log, "plots/rollout", {"body position error [mm]": error}, index)
+        _curves(log, "plots/rollout", {"distance from the ghost [mm]": error}, index)
         _learning(log, curves)
         log.log("report", _markdown(text), static=True)
         plots = [_bars(f"{n} over million steps", f"plots/learning/{_slug(n)}") for n in curves]
-        _send_blueprint(log, [_plot("body position error [mm]", "plots/rollout/body-position-error-mm"), *plots])
+        _send_blueprint(
+            log, [_plot("distance from the ghost [mm]", "plots/rollout/distance-from-the-ghost-mm"), *plots]
+        )
 
 
 def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references: Mapping[str, Reference]) -> None:

@@ -33,4 +33,4 @@ def test_the_ghost_is_the_part_of_the_dance_that_the_rollout_follows(groove, tmp
     monkeypatch.setattr(cli.show, "_curves", lambda log, root, series, index: seen.update(series))
     rollout = groove.reference.qpos[groove.reference.dance][:50]
     cli.show.save_training(tmp_path / "t.rrd", load_robot("dancer"), groove.reference, rollout, {}, "# text")
-    assert np.abs(seen["body position error [mm]"]).max() < 1e-6
+    assert np.abs(seen["distance from the ghost [mm]"]).max() < 1e-6
