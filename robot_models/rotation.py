@@ -77,7 +77,9 @@ def log(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 3"]:
 
 def angle_between(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"]) -> Float[ndarray, "..."]:
     """Angle of the turn from a to b, in [0, pi] [rad]; does not care for signs."""
-    return np.asarray(np.linalg.norm(log(multiply(conjugate(a), b)), axis=-1))
+    turn = multiply(conjugate(a), b)
+    x, y, z = turn[..., 1], turn[..., 2], turn[..., 3]
+    return np.asarray(2.0 * np.arctan2(np.sqrt(x * x + y * y + z * z), np.abs(turn[..., 0])))
 
 
 def slerp(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"], t: Float[ndarray, "..."]) -> Float[ndarray, "... 4"]:
