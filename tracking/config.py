@@ -116,10 +116,11 @@ class PpoConfig:
     minibatches: int = 4
     rate_range: tuple[float, float] = (2e-5, 2e-3)  # of the learning rate; a run begins with the highest
     # Divergence of the policy from itself before an update, which the rate shall bring about. Who knows nothing yet may
-    # leap: it falls from the first value to the last over so many steps.
+    # leap: it falls from the first value to the second over so many steps, and on to the last as more rollouts finish.
     first_kl: float = 0.3
-    last_kl: float = 0.06
+    settled_kl: float = 0.06
     settle_steps: int = 1_000_000
+    finishing_kl: float = 0.015
     gamma: float = 0.97  # two thirds of a second: how long a fall takes
     lam: float = 0.9
     clip: float = 0.2

@@ -78,7 +78,7 @@ def train(
         run.stopped = _reason_to_stop(run, config)
         while not run.stopped:
             task.harden(run.steps / config.steps)
-            result = trainer.iterate(_wanted_kl(config.ppo, run.steps))
+            result = trainer.iterate(_wanted_kl(config.ppo, run))
             _check_finite(result, trainer, run, config, reference_sha256)
             run.steps += result.steps
             run.seconds = time.perf_counter() - began
@@ -109,9 +109,10 @@ def _prepare(folder: Path, resume: bool) -> None:
         raise TrackingError(str(folder), found=f"a folder that cannot be made ({e.strerror})", expected="one") from e
 
 
-def _wanted_kl(c: PpoConfig, steps: int) -> float:
-    """The divergence that an update shall have, geometric between the first and the last."""
-    return c.first_kl * (c.last_kl / c.first_kl) ** min(1.0, steps / c.settle_steps)
+def _wanted_kl(c: PpoConfig, run: Run) -> float:
+    """The divergence that an update shall have: smaller as the run goes on, and as more of the last rollouts finished."""
+    settled = c.first_kl * (c.settled_kl / c.first_kl) ** min(1.0, run.steps / c.settle_steps)
+    return float(settled * (c.finishing_kl / c.settled_kl) ** run.curves[-1]["finished"])
 
 
 def _judge(run: Run, trainer: Trainer, config: TrainConfig, sha: str, board: TensorBoard) -> None:

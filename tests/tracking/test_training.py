@@ -167,3 +167,16 @@ def test_a_contract_that_does_not_fit_is_refused_by_the_number_that_differs(refe
     )
     with pytest.raises(TrackingError, match=f"contract, {key}"):
         check_contract(told, one.task.robot, TaskConfig(), "abc")
+
+
+def test_updates_become_smaller_with_time_and_with_success(tmp_path):
+    from tracking.training import Run, _wanted_kl
+
+    c = PpoConfig()
+    at = [
+        _wanted_kl(c, Run(folder=tmp_path, steps=steps, curves=[{"finished": finished}]))
+        for steps, finished in ((0, 0.0), (500_000, 0.0), (1_000_000, 0.0), (5_000_000, 0.0), (5_000_000, 1.0))
+    ]
+    assert at == pytest.approx(
+        [c.first_kl, (c.first_kl * c.settled_kl) ** 0.5, c.settled_kl, c.settled_kl, c.finishing_kl]
+    )
