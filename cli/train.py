@@ -93,6 +93,11 @@ def run(args: Arguments) -> int:
             cure="cut the clip or choose another robot", option="anyway", suggestion=" ",
         )  # fmt: skip
     folder = args.out or Path("runs") / args.ref.stem
+    if reference.joint_torque is None:
+        console.print(
+            "[yellow]no torques in this reference[/]: it was made without Pinocchio, or by an earlier release; zero "
+            "action will fall sooner and learning take longer. Retarget the clip again to have them."
+        )
     console.print(f"{args.ref}: {reference.duration_s:.1f} s for {robot.name}; run in {folder}", markup=False)
     file = args.ref.read_bytes()
     with progress("steps") as tell:

@@ -70,7 +70,7 @@ def _contract(path: Path) -> dict[str, Any]:
         told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         return told
     except (OSError, ValueError) as e:
-        names = ", ".join(sorted(p.name for p in SHIPPED.glob("*")))
+        names = ", ".join(sorted(p.name for p in SHIPPED.glob("*/")))
         raise TrackingError(
             str(path), found="no contract", expected=f"a bundle folder that dance-train wrote, or one of: {names}"
         ) from e
