@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -51,7 +51,7 @@ class ObservationTable:
 
     terms: tuple[Term, ...]
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Numbers in one observation."""
         return sum(t.size for t in self.terms)
@@ -61,6 +61,13 @@ class ObservationTable:
         """Where each term stands."""
         ends = np.cumsum([t.size for t in self.terms])
         return {t.name: slice(int(e - t.size), int(e)) for t, e in zip(self.terms, ends, strict=True)}
+
+    @cached_property
+    def _noise(self) -> tuple[Int[ndarray, "K"], Float[ndarray, "K"]]:
+        """Which numbers are noisy, and the half widths of their noise."""
+        width = np.repeat([t.noise for t in self.terms], [t.size for t in self.terms]).astype(np.float32)
+        noisy = np.flatnonzero(width)
+        return noisy, width[noisy]
 
     def values(self, situation: Situation) -> Float[ndarray, "N size"]:
         """All terms side by side in float32, without noise."""
@@ -73,10 +80,9 @@ class ObservationTable:
 
     def disturbed(self, values: Float[ndarray, "N size"], rng: np.random.Generator) -> Float[ndarray, "N size"]:
         """Values as sensors would give them."""
-        width = np.repeat([t.noise for t in self.terms], [t.size for t in self.terms]).astype(np.float32)
-        noisy = np.flatnonzero(width)
+        noisy, width = self._noise
         out = values.copy()
-        out[:, noisy] += width[noisy] * rng.uniform(-1.0, 1.0, size=(len(values), len(noisy)))
+        out[:, noisy] += width * rng.uniform(-1.0, 1.0, size=(len(values), len(noisy)))
         return out
 
     def as_rows(self) -> list[dict[str, object]]:

@@ -170,6 +170,5 @@ def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig) -
         optimizer="adam",
         use_clipped_value_loss=True,
         schedule="fixed",
-        desired_kl=c.settled_kl,
         normalize_advantage_per_mini_batch=False,
     )

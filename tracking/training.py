@@ -145,10 +145,10 @@ def _save(run: Run, trainer: Trainer, config: TrainConfig, sha: str) -> None:
 
 
 def _check_finite(result: Iteration, trainer: Trainer, run: Run, config: TrainConfig, sha: str) -> None:
-    if all(math.isfinite(v) for v in (*result.losses.values(), *result.terms.values())):
+    if all(math.isfinite(v) for v in (*result.losses.values(), *result.terms.values(), result.kl)):
         return
     save_checkpoint(run.folder / "diverged.pt", trainer, config, sha, {"steps": run.steps})
-    bad = [k for k, v in {**result.losses, **result.terms}.items() if not math.isfinite(v)]
+    bad = [k for k, v in {**result.losses, **result.terms, "kl": result.kl}.items() if not math.isfinite(v)]
     raise TrackingError(
         f"training step {run.steps}", found=f"{', '.join(bad)} not finite", expected="finite numbers",
         cure=f"the state is kept in {run.folder / 'diverged.pt'}; lower the learning rate",
