@@ -54,6 +54,16 @@ class StartNoise:
 
 
 @dataclass(frozen=True, kw_only=True)
+class StartConfig:
+    """Where training episodes begin; what is left of the two shares begins anywhere."""
+
+    opening: float = 0.1  # share that begins at the dance's first frame, as evaluations do
+    failed: float = 0.5  # share that begins shortly before a frame where a robot failed
+    before: float = 1.0  # how long before it, at most [s]
+    remembered: int = 1000  # failures
+
+
+@dataclass(frozen=True, kw_only=True)
 class ObservationNoise:
     """Half widths of the uniform noise on what the actor sees."""
 
@@ -93,6 +103,7 @@ class TaskConfig:
     action_scale: float = 0.5  # of effort / kp: radians of target per unit of action
     rewards: RewardConfig = field(default_factory=RewardConfig)
     terminations: TerminationConfig = field(default_factory=TerminationConfig)
+    starts: StartConfig = field(default_factory=StartConfig)
     start_noise: StartNoise = field(default_factory=StartNoise)
     observation_noise: ObservationNoise = field(default_factory=ObservationNoise)
     randomisation: RandomisationConfig = field(default_factory=RandomisationConfig)

@@ -20,6 +20,7 @@ from tracking.physics import PhysicsBatch
 from tracking.prior import joint_targets
 from tracking.randomisation import Pushes, draw_robots
 from tracking.rewards import beyond_soft_limits, reward_terms
+from tracking.starts import Starts
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,6 +68,7 @@ class TrackingTask:
         )
         self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng)
         self.action_scale = c.action_scale * self.robot.effort / self.robot.kp
+        self.starts = Starts(self.tables.frames, self.reference.dance.start, self.dt, c.starts)
         self.actor = actor_table(self.robot, self.tables, c.observation_noise, c.look_ahead, c.look_back)
         self.privileged = privileged_table(self.tables)
         self.frame = np.zeros(self.envs, dtype=int)
@@ -87,11 +89,10 @@ class TrackingTask:
 
         Args:
             ids: which robots.
-            start: frames to start at; by default uniform over all but the last half second.
+            start: frames to start at; by default where practice is needed.
         """
         if start is None:
-            latest = max(1, self.tables.frames - 1 - round(0.5 / self.dt))
-            start = self.rng.integers(0, latest, size=len(ids))
+            start = self.starts.draw(len(ids), self.rng)
         qpos, qvel = self._disturbed(start)
         self.physics.set(ids, qpos, qvel, self.targets[start])
         self.past[:, ids] = self.physics.state[ids]
@@ -124,6 +125,7 @@ class TrackingTask:
         causes = failures(errors, self.tables, self.config.terminations)
         causes["diverged"] = diverged
         terminated = np.any(list(causes.values()), axis=0)
+        self.starts.fell(self.frame[terminated])
         self.last_action = np.array(action)
         # Scaled by dt, so that returns are in reward-seconds and do not grow with the control rate.
         reward = np.sum(list(terms.values()), axis=0) * self.dt
@@ -190,6 +192,7 @@ class TrackingTask:
             "commands": self.physics.targets.copy(),
             "past": self.past.copy(),
             "pushes": self.pushes.wait.copy(),
+            "failures": self.starts.failures.copy(),
             "frame": self.frame.copy(),
             "last_action": self.last_action.copy(),
             "heading": self.heading.copy(),
@@ -200,6 +203,7 @@ class TrackingTask:
         """Go on from a saved state; models and encoder biases follow from the seed."""
         self.physics.state[:], self.physics.targets[:] = state["physics"], state["commands"]
         self.past[:], self.pushes.wait[:] = state["past"], state["pushes"]
+        self.starts.failures = state["failures"].copy()
         self.frame, self.last_action = state["frame"].copy(), state["last_action"].copy()
         self.heading = state["heading"].copy()
         self.rng.bit_generator.state = state["rng"]
