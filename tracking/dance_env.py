@@ -18,7 +18,7 @@ from clips import load_reference
 from robot_models import load_robot
 from robot_models import rotation as rot
 from tracking.config import RandomisationConfig
-from tracking.physics import PhysicsBatch
+from tracking.mujoco_batch import MujocoBatch
 from tracking.randomisation import draw_robots
 from tracking.screen import MODES, Screen
 
@@ -70,7 +70,7 @@ class DanceEnv(gymnasium.Env[ndarray, ndarray]):
         size = self._qpos.shape[1] + self._qvel.shape[1] + joints + 1
         self.observation_space = spaces.Box(-np.inf, np.inf, (size,), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (joints,), np.float32)
-        self._physics: PhysicsBatch | None = None
+        self._physics: MujocoBatch | None = None
         self.frame = 0
 
     def reset(
@@ -116,12 +116,12 @@ class DanceEnv(gymnasium.Env[ndarray, ndarray]):
             self._physics.close()
             self._physics = None
 
-    def _draw(self) -> PhysicsBatch:
+    def _draw(self) -> MujocoBatch:
         config = RandomisationConfig(enabled=self._randomise, delay=(0.0, 0.0))
         step = self.dt / np.ceil(self.dt / _PHYSICS_DT - 1e-9)
         if self._physics is not None:
             self._physics.close()
-        return PhysicsBatch(draw_robots(self.robot, 1, step, config, self.np_random).models, control_dt=self.dt)
+        return MujocoBatch(draw_robots(self.robot, 1, step, config, self.np_random).models, control_dt=self.dt)
 
     def _terms(self, qpos: ndarray, action: ndarray) -> dict[str, float]:
         off = qpos[7:] - self.reference.joint_pos[min(self.frame, self.reference.frames - 1)]

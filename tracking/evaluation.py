@@ -12,6 +12,8 @@ from numpy import ndarray
 from clips import Reference
 from robot_models import RobotModel
 from tracking.config import TaskConfig
+from tracking.mujoco_batch import MujocoBatch
+from tracking.physics import Engine
 from tracking.task import StepResult, TrackingTask
 
 Policy = Callable[[Float[ndarray, "N A"]], Float[ndarray, "N J"]]  # observations -> mean actions
@@ -67,6 +69,7 @@ def evaluate(
     rollouts: int = 100,
     seed: int = 1,
     threads: int = 0,
+    engine: Engine = MujocoBatch,
     progress: Callable[[int, int], None] | None = None,
 ) -> Evaluation:
     """Roll out the deterministic policy from the dance's first frame, with start and observation noise on.
@@ -79,9 +82,12 @@ def evaluate(
         rollouts: how many, at once.
         seed: of noise and robots.
         threads: of the physics; 0: all.
+        engine: the physics.
         progress: told after every control step.
     """
-    task = TrackingTask(robot=robot, reference=reference, envs=rollouts, config=config, seed=seed, threads=threads)
+    task = TrackingTask(
+        robot=robot, reference=reference, envs=rollouts, config=config, seed=seed, threads=threads, engine=engine
+    )
     dance = reference.dance
     steps = dance.stop - 1 - dance.start
     task.reset(np.arange(rollouts), np.full(rollouts, dance.start))

@@ -1,18 +1,16 @@
-"""Many robots at once on MuJoCo's own rollout threads: no process per environment, no Python in the physics loop."""
+"""Many robots at once in a physics engine: what the tracking task asks of any engine, and nothing else."""
 
 from __future__ import annotations
 
-import copy
 import os
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models import RobotModel
-from robot_models.surface import body_geoms
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
@@ -24,33 +22,16 @@ def available_threads() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
 
 
-def training_model(robot: RobotModel, physics_dt: float) -> mujoco.MjModel:
-    """A copy of the robot for training: only soles touch, since contacts are most of the cost of a step."""
-    import mujoco
-
-    model = copy.copy(robot.model)
-    geoms = body_geoms(robot)
-    model.geom_contype[geoms] = 0
-    model.geom_conaffinity[geoms] = 0
-    model.opt.timestep = physics_dt
-    model.opt.iterations = 10
-    model.opt.ls_iterations = 20
-    # A state that blows up shall be seen, not silently put back to the zero pose.
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    return model
-
-
-class PhysicsBatch:
+class PhysicsBatch(ABC):
     """N robots, each with a model of its own, advanced together by one control period.
 
     Args:
-        models: the robots.
+        models: the robots. Masses, inertias, joints, motors, soles and friction are read from these in every engine.
         control_dt: control period [s], a whole number of physics steps.
-        delay: physics steps until each robot's motors hear of a new target; none by default.
-        threads: of the physics; 0: as many as the process may use.
+        physics_dt: physics step [s].
+        delay: seconds until each robot's motors hear of a new target, rounded to physics steps; none by default.
 
-    `qpos` and `qvel` are the state after the last step. `mujoco.rollout` hands back sensors of one physics step
-    before that, so nothing here reads them: every observation is computed from the state itself.
+    `state` is [time, qpos, qvel] in MuJoCo's layout and conventions. `qpos` and `qvel` are views of its parts.
     """
 
     def __init__(
@@ -58,34 +39,23 @@ class PhysicsBatch:
         models: Sequence[mujoco.MjModel],
         *,
         control_dt: float,
-        delay: Int[ndarray, "N"] | None = None,
-        threads: int = 0,
+        physics_dt: float,
+        delay: Float[ndarray, "N"] | None = None,
     ) -> None:
-        import mujoco
-        from mujoco import rollout
-
-        self.models = list(models)
-        model = self.models[0]
-        self.substeps = round(control_dt / model.opt.timestep)
-        if abs(self.substeps * model.opt.timestep - control_dt) > 1e-9 or self.substeps < 1:
+        self.models, self.physics_dt = list(models), physics_dt
+        self.substeps = round(control_dt / physics_dt)
+        if abs(self.substeps * physics_dt - control_dt) > 1e-9 or self.substeps < 1:
             raise TrackingError(
-                "control period", found=f"{control_dt} s over physics steps of {model.opt.timestep} s",
+                "control period", found=f"{control_dt} s over physics steps of {physics_dt} s",
                 expected="a whole number of them",
             )  # fmt: skip
-        threads = threads or available_threads()
-        self._rollout = rollout.Rollout(nthread=threads if len(self.models) > 1 else 0)
-        self._data = [mujoco.MjData(model) for _ in range(max(1, threads if len(self.models) > 1 else 1))]
-        kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-        size = mujoco.mj_stateSize(model, kind)
-        # Of the full physics state [time, qpos, qvel, ...] all that has memory here is time, qpos and qvel.
+        model = self.models[0]
         self._nq, self._nv = int(model.nq), int(model.nv)
-        self.state = np.zeros((len(self.models), size))
-        self._out = np.zeros((len(self.models), self.substeps, size))
-        self._sensors = np.zeros((len(self.models), self.substeps, model.nsensordata))
-        self.controls = np.zeros((len(self.models), self.substeps, model.nu))
-        waits = np.zeros(self.count, dtype=int) if delay is None else delay
+        self.state = np.zeros((self.count, 1 + self._nq + self._nv))
+        waits = np.zeros(self.count) if delay is None else delay
         # The targets of this period and of those before, newest first, as far back as the longest delay reaches.
-        self.targets = np.zeros((self.count, 1 - (-int(waits.max()) // self.substeps), model.nu))
+        longest = round(float(waits.max()) / physics_dt)
+        self.targets = np.zeros((self.count, 1 - (-longest // self.substeps), model.nu))
         self.set_delay(waits)
 
     @property
@@ -111,9 +81,10 @@ class PhysicsBatch:
         """The part of a full physics state that is qvel; a view."""
         return state[..., 1 + self._nq : 1 + self._nq + self._nv]
 
-    def set_delay(self, delay: Int[ndarray, "N"]) -> None:
-        """Change how many physics steps late the motors hear; not beyond the longest delay of the beginning."""
-        late = np.maximum(delay[:, None] - np.arange(self.substeps), 0)
+    def set_delay(self, delay: Float[ndarray, "N"]) -> None:
+        """Change how many seconds late the motors hear; not beyond the longest delay of the beginning."""
+        steps = np.round(delay / self.physics_dt).astype(int)
+        late = np.maximum(steps[:, None] - np.arange(self.substeps), 0)
         self._which = -(-late // self.substeps)[..., None]
 
     def set(
@@ -128,19 +99,15 @@ class PhysicsBatch:
         """Advance all robots by one control period, holding the joint targets [rad]."""
         self.targets[:, 1:] = self.targets[:, :-1]
         self.targets[:, 0] = targets
-        self.controls[:] = np.take_along_axis(self.targets, self._which, axis=1)
-        self._rollout.rollout(
-            self.models,
-            self._data,
-            self.state,
-            self.controls,
-            nstep=self.substeps,
-            state=self._out,
-            sensordata=self._sensors,
-            skip_checks=False,
-        )
-        self.state[:] = self._out[:, -1]
+        self._advance(np.take_along_axis(self.targets, self._which, axis=1))
 
-    def close(self) -> None:
-        """End the threads."""
-        self._rollout.close()
+    @abstractmethod
+    def _advance(self, targets: Float[ndarray, "N S J"]) -> None:
+        """Move `state` on by S physics steps under each one's joint targets."""
+
+    def close(self) -> None:  # noqa: B027 - most engines keep nothing running
+        """End what the engine keeps running."""
+
+
+Engine = Callable[..., PhysicsBatch]
+"""What makes a batch: called as the constructor of `PhysicsBatch` is, with `threads` besides."""

@@ -12,7 +12,7 @@ from numpy import ndarray
 
 from robot_models import RobotModel
 from tracking.config import RandomisationConfig
-from tracking.physics import training_model
+from tracking.mujoco_batch import training_model
 
 if TYPE_CHECKING:
     import mujoco

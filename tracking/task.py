@@ -15,8 +15,9 @@ from robot_models import rotation as rot
 from tracking.body_sensors import BodySensors
 from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
 from tracking.config import TaskConfig
+from tracking.mujoco_batch import MujocoBatch
 from tracking.observations import Situation, actor_table, privileged_table
-from tracking.physics import PhysicsBatch
+from tracking.physics import Engine
 from tracking.prior import joint_targets
 from tracking.randomisation import Pushes, draw_robots
 from tracking.rewards import beyond_soft_limits, reward_terms
@@ -49,6 +50,7 @@ class TrackingTask:
     config: TaskConfig = field(default_factory=TaskConfig)
     seed: int = 0
     threads: int = 0
+    engine: Engine = MujocoBatch
 
     def __post_init__(self) -> None:
         self.rng = np.random.default_rng(self.seed)
@@ -62,10 +64,8 @@ class TrackingTask:
         physics_dt = self.dt / np.ceil(self.dt / c.physics_dt - 1e-9)
         drawn = draw_robots(self.robot, self.envs, physics_dt, c.randomisation, self.rng)
         self.encoder_bias = drawn.encoder_bias
-        self.delay = drawn.delay / physics_dt
-        self.physics = PhysicsBatch(
-            drawn.models, control_dt=self.dt, delay=np.round(self.delay).astype(int), threads=self.threads
-        )
+        self.delay = drawn.delay
+        self.physics = self.engine(drawn.models, control_dt=self.dt, delay=drawn.delay, threads=self.threads)
         self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng)
         self.action_scale = c.action_scale * self.robot.effort / self.robot.kp
         self.starts = Starts(self.tables.frames, self.reference.dance.start, self.dt, c.starts)
@@ -142,7 +142,7 @@ class TrackingTask:
         """Set delays and pushes to what they shall be at this share of the training budget."""
         draw = self.config.randomisation
         part = min(1.0, progress / draw.grow_over) if draw.grow_over > 0.0 else 1.0
-        self.physics.set_delay(np.round(part * self.delay).astype(int))
+        self.physics.set_delay(part * self.delay)
         self.pushes.strength = part if draw.enabled and draw.pushes else 0.0
 
     def observe(self, *, noisy: bool = True) -> tuple[Float[ndarray, "N A"], Float[ndarray, "N C"]]:

@@ -20,7 +20,7 @@ from tracking import TaskConfig, TrackingError, TrackingTask
 from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
 from tracking.config import RandomisationConfig, RewardConfig, TerminationConfig
 from tracking.evaluation import evaluate, evaluation_task, wilson
-from tracking.physics import PhysicsBatch, training_model
+from tracking.mujoco_batch import MujocoBatch, training_model
 from tracking.prior import joint_targets
 from tracking.randomisation import Pushes, draw_robots
 from tracking.rewards import action_rate, beyond_soft_limits, closeness, mean_square, reward_terms
@@ -165,7 +165,7 @@ def test_what_was_measured_before_is_shown_again(reference, rng):
 def test_batched_physics_is_mujocos_own(dancer, rng):
     model = training_model(dancer, 0.005)
     delay = np.array([0, 3, 6])  # physics steps of 5 ms in periods of 20 ms
-    batch = PhysicsBatch([model] * 3, control_dt=0.02, delay=delay, threads=2)
+    batch = MujocoBatch([model] * 3, control_dt=0.02, delay=0.005 * delay, threads=2)
     rest = np.tile(dancer.default_qpos, (3, 1))
     batch.set(np.arange(3), rest, np.zeros((3, model.nv)), rest[:, 7:])
     targets = dancer.default_joint_pos + 0.1 * rng.normal(size=(5, 3, 28))
@@ -290,7 +290,7 @@ def test_wilson_interval_by_hand():
 
 def test_a_control_period_that_is_no_whole_number_of_steps_is_refused(dancer):
     with pytest.raises(TrackingError, match="whole number"):
-        PhysicsBatch([training_model(dancer, 0.005)], control_dt=1 / 30)
+        MujocoBatch([training_model(dancer, 0.005)], control_dt=1 / 30)
 
 
 @pytest.mark.filterwarnings("ignore:.*A Box observation space")  # joint speeds have no bound to state
