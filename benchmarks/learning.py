@@ -35,7 +35,7 @@ def main() -> None:
         config = json.loads(load_checkpoint(folder / CHECKPOINT)["config"])
         bundle = load_bundle(folder)
         result = evaluate(
-            bundle.policy,
+            bundle.runner,
             bundle.robot,
             bundle.reference,
             evaluation_task(bundle.config),

@@ -52,7 +52,7 @@ def main() -> None:
             pushes = bool(change.get("pushes"))
             task = evaluation_task(replace(bundle.config, randomisation=replace(NOMINAL, **change)))
             task = replace(task, randomisation=replace(task.randomisation, pushes=pushes))
-            r = evaluate(bundle.policy, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=11)
+            r = evaluate(bundle.runner, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=11)
             cells.append(f"{100 * r.finished:.0f}, {r.survived_s:.1f}, {r.body_error_mm:.0f}")
         print(f"| {name} | {' | '.join(cells)} |", flush=True)
 

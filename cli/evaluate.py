@@ -64,7 +64,7 @@ def run(args: Arguments) -> int:
     task = evaluation_task(bundle.config, randomised=args.randomisation)
     with progress("steps") as tell:
         result = evaluate(
-            bundle.policy, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=args.seed,
+            bundle.runner, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=args.seed,
             progress=lambda done, total: tell("rollouts", done, total),
         )  # fmt: skip
     rows = _rows(result)

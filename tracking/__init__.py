@@ -9,15 +9,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from tracking.config import PpoConfig, RandomisationConfig, RewardConfig, TaskConfig, TerminationConfig, TrainConfig
+from tracking.contract import Contract, read_contract
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
     from tracking.bundle import Bundle, load_bundle
     from tracking.dance_env import DanceEnv
-    from tracking.evaluation import Evaluation, evaluate, evaluation_task
-    from tracking.export import check_contract, export_bundle, onnx_policy
+    from tracking.evaluation import Evaluation, evaluate, evaluation_task, play
+    from tracking.export import check_contract, export_bundle
     from tracking.gym_env import DanceTrackingEnv
     from tracking.reference_check import ReferenceCheck, check_reference
+    from tracking.runner import Measurement, Motion, Runner, motion_of, onnx_policy
     from tracking.task import TrackingTask
     from tracking.training import Run, train
 
@@ -30,10 +32,11 @@ _HOME = {
     "evaluation_task": "tracking.evaluation",
     "check_contract": "tracking.export",
     "export_bundle": "tracking.export",
-    "onnx_policy": "tracking.export",
+    "play": "tracking.evaluation",
     "DanceTrackingEnv": "tracking.gym_env",
     "ReferenceCheck": "tracking.reference_check",
     "check_reference": "tracking.reference_check",
+    **dict.fromkeys(("Measurement", "Motion", "Runner", "motion_of", "onnx_policy"), "tracking.runner"),
     "TrackingTask": "tracking.task",
     "Run": "tracking.training",
     "train": "tracking.training",
@@ -41,14 +44,18 @@ _HOME = {
 
 __all__ = [
     "Bundle",
+    "Contract",
     "DanceEnv",
     "DanceTrackingEnv",
     "Evaluation",
+    "Measurement",
+    "Motion",
     "PpoConfig",
     "RandomisationConfig",
     "ReferenceCheck",
     "RewardConfig",
     "Run",
+    "Runner",
     "TaskConfig",
     "TerminationConfig",
     "TrackingError",
@@ -60,7 +67,10 @@ __all__ = [
     "evaluation_task",
     "export_bundle",
     "load_bundle",
+    "motion_of",
     "onnx_policy",
+    "play",
+    "read_contract",
     "train",
 ]
 

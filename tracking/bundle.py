@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from clips import Reference, load_reference
 from robot_models import RobotModel, load_robot
 from tracking.config import TaskConfig
+from tracking.contract import Contract, read_contract
 from tracking.errors import TrackingError
-from tracking.evaluation import Policy
-from tracking.export import check_contract, onnx_policy
+from tracking.export import check_contract
+from tracking.runner import Runner, motion_of, onnx_policy
 
-REFERENCE = "reference.npz"
+POLICY, CONTRACT, REFERENCE = "policy.onnx", "contract.json", "reference.npz"
 SHIPPED = Path(__file__).parent / "policies"
 
 
@@ -25,9 +24,13 @@ class Bundle:
 
     robot: RobotModel
     reference: Reference
-    policy: Policy
-    contract: dict[str, Any]
+    runner: Runner
     config: TaskConfig
+
+    @property
+    def contract(self) -> Contract:
+        """What the policy was made for."""
+        return self.runner.contract
 
 
 def load_bundle(
@@ -45,16 +48,24 @@ def load_bundle(
         TrackingError: not a bundle, or the contract was made for another robot, reference or task.
     """
     folder = _found(folder)
-    config, path = config or TaskConfig(), reference or folder / REFERENCE
-    contract = _contract(folder / "contract.json")
-    model = load_robot(robot or load_reference(path).robot)
-    check_contract(contract, model, config, hashlib.sha256(path.read_bytes()).hexdigest())
+    if not (folder / CONTRACT).exists():
+        names = ", ".join(sorted(p.name for p in SHIPPED.glob("*/")))
+        raise TrackingError(
+            str(folder / CONTRACT),
+            found="no contract",
+            expected=f"a bundle folder that dance-train wrote, or one of: {names}",
+        )
+    path = reference or folder / REFERENCE
+    contract = read_contract(folder / CONTRACT)
+    model = load_robot(robot or contract.robot)
+    check_contract(contract, model, hashlib.sha256(path.read_bytes()).hexdigest())
+    motion = load_reference(path, model)
+    policy = onnx_policy(folder / POLICY, contract.observation_size, len(contract.joint_names))
     return Bundle(
         robot=model,
-        reference=load_reference(path, model),
-        policy=onnx_policy(folder / "policy.onnx"),
-        contract=contract,
-        config=config,
+        reference=motion,
+        runner=Runner(contract, policy, motion_of(motion, contract)),
+        config=config or TaskConfig(),
     )
 
 
@@ -63,14 +74,3 @@ def _found(folder: Path) -> Path:
     if folder.exists() or not (SHIPPED / folder.name).is_dir():
         return folder
     return SHIPPED / folder.name
-
-
-def _contract(path: Path) -> dict[str, Any]:
-    try:
-        told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        return told
-    except (OSError, ValueError) as e:
-        names = ", ".join(sorted(p.name for p in SHIPPED.glob("*/")))
-        raise TrackingError(
-            str(path), found="no contract", expected=f"a bundle folder that dance-train wrote, or one of: {names}"
-        ) from e

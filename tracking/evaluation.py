@@ -14,9 +14,9 @@ from robot_models import RobotModel
 from tracking.config import TaskConfig
 from tracking.mujoco_batch import MujocoBatch
 from tracking.physics import Engine
+from tracking.runner import Policy, Runner
 from tracking.task import StepResult, TrackingTask
 
-Policy = Callable[[Float[ndarray, "N A"]], Float[ndarray, "N J"]]  # observations -> mean actions
 _Z95 = 1.96
 IN_PLACE = 0.5  # largest mean distance of the tracked bodies from the reference in the room, the field's other rule [m]
 
@@ -61,7 +61,7 @@ class Second:
 
 
 def evaluate(
-    policy: Policy,
+    policy: Policy | Runner,
     robot: RobotModel,
     reference: Reference,
     config: TaskConfig,
@@ -75,7 +75,7 @@ def evaluate(
     """Roll out the deterministic policy from the dance's first frame, with start and observation noise on.
 
     Args:
-        policy: observations to mean actions.
+        policy: the network alone, shown the simulation's own observations; or a bundle's runner, shown the sensors.
         robot: the robot.
         reference: the dance.
         config: noise and randomisation as they shall be in the evaluation.
@@ -91,10 +91,12 @@ def evaluate(
     dance = reference.dance
     steps = dance.stop - 1 - dance.start
     task.reset(np.arange(rollouts), np.full(rollouts, dance.start))
+    if isinstance(policy, Runner):
+        policy.start(task.measured())
     tally = _Tally(rollouts)
     path = [task.physics.qpos.copy()]
     for done in range(steps):
-        result = task.step(policy(task.observe()[0]))
+        result = play(policy, task)
         tally.add(result, task)
         path.append(task.physics.qpos.copy())
         if progress is not None:
@@ -103,6 +105,14 @@ def evaluate(
             break
     task.close()
     return tally.result(task.dt, steps, np.stack(path))
+
+
+def play(policy: Policy | Runner, task: TrackingTask) -> StepResult:
+    """One control period of the task under a policy; a runner has been started before."""
+    if not isinstance(policy, Runner):
+        return task.step(policy(task.observe()[0]))
+    targets = policy.act(task.measured())
+    return task.step(policy.last_action, targets)
 
 
 class _Tally:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 import warnings
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
+from numpy import ndarray
 
-from clips.files import write_whole
 from robot_models import RobotModel
-from tracking.config import TaskConfig
+from tracking.config import RandomisationConfig
+from tracking.contract import FROM_REFERENCE, ChainLink, Contract, write_contract
 from tracking.errors import TrackingError
-from tracking.evaluation import Policy
+from tracking.golden import Golden, write_golden
+from tracking.runner import Policy, onnx_policy
 from tracking.task import TrackingTask
 
 _AGREEMENT = 1e-5  # largest difference of onnxruntime and torch
@@ -31,25 +33,6 @@ def torch_policy(actor: Any) -> Policy:
         with torch.inference_mode():
             groups = TensorDict({"policy": torch.from_numpy(observation)}, batch_size=[len(observation)])
             return np.asarray(actor(groups).numpy(), dtype=np.float64)
-
-    return act
-
-
-def onnx_policy(path: Path) -> Policy:
-    """The mean action of an exported actor, by onnxruntime."""
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    try:
-        session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-    except Exception as e:  # onnxruntime's own exception types are not public
-        raise TrackingError(
-            str(path), found="a file that onnxruntime refuses", expected="policy.onnx of a bundle"
-        ) from e
-
-    def act(observation: np.ndarray) -> np.ndarray:
-        return np.asarray(session.run(["actions"], {"obs": observation})[0], dtype=np.float64)
 
     return act
 
@@ -74,60 +57,105 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, reference_sha256
                 "export", found=f"actions {difference:.2g} apart from torch", expected=f"< {_AGREEMENT}"
             )
         path.replace(folder / "policy.onnx")
-    with write_whole(folder / "contract.json") as stream:
-        stream.write(json.dumps(contract(task, reference_sha256), indent=1).encode())
+    write_contract(folder / "contract.json", contract_of(task, reference_sha256))
+    write_golden(folder / "golden.npz", record(torch_policy(actor), task))
     return difference
 
 
-def contract(task: TrackingTask, reference_sha256: str) -> dict[str, Any]:
+def record(policy: Policy, like: TrackingTask, seconds: float = 2.0) -> Golden:
+    """The trainer's own road through the first seconds of the dance: nominal robot, start noise, exact sensors."""
+    task = TrackingTask(
+        robot=like.robot, reference=like.reference, envs=1, threads=1,
+        config=replace(like.config, randomisation=RandomisationConfig(enabled=False)),
+    )  # fmt: skip
+    task.reset(np.array([0]), np.array([task.reference.dance.start]))
+    rows: list[tuple[ndarray, ...]] = []
+    for _ in range(min(round(seconds / task.dt), task.reference.frames - 2)):
+        now, seen = task.measured(noisy=False), task.observe(noisy=False)[0]
+        action = policy(seen)
+        result = task.step(action)
+        # Copies: a measurement has views of the running state.
+        sensors = (now.quat, now.gyro, now.joint_pos, now.joint_vel)
+        rows.append(tuple(np.array(x[0]) for x in (*sensors, seen, action, task.physics.targets[:, 0])))
+        if result.terminated[0]:
+            break
+    task.close()
+    quat, gyro, joint_pos, joint_vel, observation, action, target = (np.stack(x) for x in zip(*rows, strict=True))
+    return Golden(
+        quat=quat,
+        gyro=gyro,
+        joint_pos=joint_pos,
+        joint_vel=joint_vel,
+        observation=observation,
+        action=action,
+        target=target,
+    )
+
+
+def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
     """Everything that a runner must know, at full precision."""
     robot, draw = task.robot, task.config.randomisation
-    return {
-        "format_version": 1,
-        "robot": robot.name,
-        "robot_hash": robot.hash,
-        "reference_sha256": reference_sha256,
-        "control_dt": task.dt,
-        "joint_names": list(robot.joint_names),
-        "default_joint_pos": robot.default_joint_pos.tolist(),
-        "kp": robot.kp.tolist(),
-        "kd": robot.kd.tolist(),
-        "effort": robot.effort.tolist(),
-        "action_scale": task.action_scale.tolist(),
-        "action_meaning": "servo target = joint_target of the next frame + action_scale * action, within target_range",
-        "joint_target": "middle of the period: joint_pos + (joint_torque + kd * joint_vel) / kp",
-        "target_range": [limit.tolist() for limit in task.target_range],
-        "anchor": robot.profile.anchor,
-        "look_ahead": list(task.config.look_ahead),
-        "look_back": list(task.config.look_back),
-        "observation": task.actor.as_rows(),
-        "delay_trained_with_s": list(draw.delay) if draw.enabled else [0.0, 0.0],
-        "versions": {p: version(p) for p in ("torch", "rsl-rl-lib", "mujoco", "onnx", "numpy")},
-    }
+    lower, upper = task.target_range
+    return Contract(
+        robot=robot.name,
+        robot_hash=robot.hash,
+        reference_sha256=reference_sha256,
+        control_dt=task.dt,
+        joint_names=robot.joint_names,
+        default_joint_pos=robot.default_joint_pos,
+        kp=robot.kp,
+        kd=robot.kd,
+        effort=robot.effort,
+        action_scale=task.action_scale,
+        target=FROM_REFERENCE,
+        target_lower=lower,
+        target_upper=upper,
+        anchor=robot.profile.anchor,
+        anchor_chain=anchor_chain(robot, robot.profile.anchor),
+        observation=task.actor.rows,
+        delay_trained_with_s=draw.delay if draw.enabled else (0.0, 0.0),
+        versions={p: version(p) for p in ("torch", "rsl-rl-lib", "mujoco", "onnx", "numpy")},
+    )
 
 
-def check_contract(told: dict[str, Any], robot: RobotModel, config: TaskConfig, reference_sha256: str) -> None:
+def anchor_chain(robot: RobotModel, anchor: str) -> tuple[ChainLink, ...]:
+    """The way from the root body, where the IMU is, to the anchor."""
+    m, links = robot.model, []
+    body, root = robot.body_ids[robot.body(anchor)], robot.body_ids[0]
+    while body != root:
+        joints = range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body])
+        links.append(
+            ChainLink(
+                quat=tuple(m.body_quat[body].tolist()),
+                joint=m.joint(joints[0]).name if joints else None,
+                axis=tuple(m.jnt_axis[joints[0]].tolist()) if joints else (0.0, 0.0, 0.0),
+            )
+        )
+        body = int(m.body_parentid[body])
+    return tuple(reversed(links))
+
+
+def check_contract(told: Contract, robot: RobotModel, reference_sha256: str) -> None:
     """Refuse to run a policy on anything but what it was trained for.
 
     Raises:
-        TrackingError: another reference, robot, joint order, gain, action scale or observation than the contract's.
+        TrackingError: another reference, robot, joint order or gain than the contract's.
     """
     now = {
         "reference_sha256": reference_sha256,
         "robot_hash": robot.hash,
-        "joint_names": list(robot.joint_names),
-        "kp": robot.kp.tolist(),
-        "kd": robot.kd.tolist(),
-        "effort": robot.effort.tolist(),
-        "action_scale": (config.action_scale * robot.effort / robot.kp).tolist(),
-        "default_joint_pos": robot.default_joint_pos.tolist(),
-        "look_ahead": list(config.look_ahead),
-        "look_back": list(config.look_back),
+        "joint_names": robot.joint_names,
+        "kp": robot.kp,
+        "kd": robot.kd,
+        "effort": robot.effort,
+        "default_joint_pos": robot.default_joint_pos,
+        "anchor_chain": anchor_chain(robot, told.anchor),
     }
     for key, value in now.items():
-        if told.get(key) != value:
+        same = np.array_equal(getattr(told, key), value) if isinstance(value, ndarray) else getattr(told, key) == value
+        if not same:
             raise TrackingError(
-                f"contract, {key}", found=_short(told.get(key)), expected=f"{_short(value)}, as it is now",
+                f"contract, {key}", found=_short(getattr(told, key)), expected=f"{_short(value)}, as it is now",
                 cure="use the reference and robot that the policy was trained with, or train again",
             )  # fmt: skip
 

@@ -6,7 +6,7 @@ The exported policy carries the same table.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property, partial
 
 import numpy as np
@@ -17,6 +17,7 @@ from robot_models import BodyStates, RobotModel
 from robot_models import rotation as rot
 from tracking.comparison import ReferenceTables
 from tracking.config import ObservationNoise
+from tracking.contract import Row
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,15 +34,9 @@ class Situation:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Term:
-    """One row of the table."""
+class Term(Row):
+    """One row of the table, and how the simulation computes it."""
 
-    name: str
-    size: int
-    unit: str
-    frame: str
-    noise: float  # half width of the uniform noise
-    measurable: bool  # whether a robot has a sensor for it (the reference and the last action count)
     compute: Callable[[Situation], Float[ndarray, "N size"]]
 
 
@@ -74,7 +69,7 @@ class ObservationTable:
         out = np.empty((len(situation.frame), self.size), dtype=np.float32)
         at = 0
         for term in self.terms:
-            out[:, at : at + term.size] = term.compute(situation)
+            np.multiply(term.compute(situation), term.scale, out=out[:, at : at + term.size], casting="same_kind")
             at += term.size
         return out
 
@@ -85,19 +80,11 @@ class ObservationTable:
         out[:, noisy] += width * rng.uniform(-1.0, 1.0, size=(len(values), len(noisy)))
         return out
 
-    def as_rows(self) -> list[dict[str, object]]:
-        """The table for a file."""
-        return [
-            {
-                "name": t.name,
-                "slice": [self.slices[t.name].start, self.slices[t.name].stop],
-                "unit": t.unit,
-                "frame": t.frame,
-                "noise": t.noise,
-                "measurable": t.measurable,
-            }
-            for t in self.terms
-        ]
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """The table for a contract: without what only a simulation can do."""
+        names = [f.name for f in fields(Row)]
+        return tuple(Row(**{name: getattr(term, name) for name in names}) for term in self.terms)
 
 
 def actor_table(
@@ -108,31 +95,29 @@ def actor_table(
     look_back: tuple[int, ...],
 ) -> ObservationTable:
     """What a robot can know: the reference, its IMU, its encoders and its own last action."""
-    j = len(robot.joint_names)
-    default = robot.default_joint_pos
+    j, default = len(robot.joint_names), robot.default_joint_pos
     terms = []
     for ahead in look_ahead:
         terms += [
-            Term(name=f"reference_joint_pos_{ahead}", size=j, unit="rad", frame="joint", noise=0.0, measurable=True,
+            Term(kind="reference_joint_pos", at=ahead, size=j, scale=1.0, unit="rad", frame="joint, off the default pose",
                  compute=partial(_ahead, tables.joint_pos - default, ahead)),
-            Term(name=f"reference_joint_vel_{ahead}", size=j, unit="0.1 rad/s", frame="joint", noise=0.0, measurable=True,
-                 compute=partial(_ahead, 0.1 * tables.joint_vel, ahead)),
+            Term(kind="reference_joint_vel", at=ahead, size=j, scale=0.1, unit="rad/s", frame="joint",
+                 compute=partial(_ahead, tables.joint_vel, ahead)),
         ]  # fmt: skip
     terms += [
-        Term(name="anchor_orientation", size=6, unit="", frame="robot anchor: first two columns of the reference anchor",
-             noise=noise.orientation, measurable=True, compute=lambda s: _anchor_orientation(s, tables)),
-        Term(name="last_action", size=j, unit="", frame="joint", noise=0.0, measurable=True,
-             compute=lambda s: s.last_action),
+        Term(kind="anchor_orientation", at=0, size=6, scale=1.0, unit="", noise=noise.orientation,
+             frame="robot anchor: first two columns of the reference anchor",
+             compute=lambda s: _anchor_orientation(s, tables)),
+        Term(kind="last_action", at=0, size=j, scale=1.0, unit="", frame="joint", compute=lambda s: s.last_action),
     ]  # fmt: skip
     for back in (0, *look_back):
-        name = "{}" if back == 0 else f"{{}}_{back}_ago"
         terms += [
-            Term(name=name.format("gyro"), size=3, unit="0.25 rad/s", frame="root body", noise=0.25 * noise.gyro,
-                 measurable=True, compute=partial(_gyro, back)),
-            Term(name=name.format("joint_pos"), size=j, unit="rad", frame="joint, off the default pose",
-                 noise=noise.joint_position, measurable=True, compute=partial(_joint_pos, back, default)),
-            Term(name=name.format("joint_vel"), size=j, unit="0.1 rad/s", frame="joint", noise=0.1 * noise.joint_velocity,
-                 measurable=True, compute=partial(_joint_vel, back)),
+            Term(kind="gyro", at=-back, size=3, scale=0.25, unit="rad/s", frame="root body", noise=0.25 * noise.gyro,
+                 compute=partial(_gyro, back)),
+            Term(kind="joint_pos", at=-back, size=j, scale=1.0, unit="rad", frame="joint, off the default pose",
+                 noise=noise.joint_position, compute=partial(_joint_pos, back, default)),
+            Term(kind="joint_vel", at=-back, size=j, scale=0.1, unit="rad/s", frame="joint",
+                 noise=0.1 * noise.joint_velocity, compute=partial(_joint_vel, back)),
         ]  # fmt: skip
     return ObservationTable(terms=tuple(terms))
 
@@ -141,13 +126,13 @@ def privileged_table(tables: ReferenceTables) -> ObservationTable:
     """What only a simulator knows: the critic sees it beside everything that the actor sees, noise left away."""
     k = len(tables.bodies)
     terms = (
-        Term(name="anchor_position", size=3, unit="m", frame="robot anchor", noise=0.0, measurable=False,
+        Term(kind="anchor_position", at=0, size=3, scale=1.0, unit="m", frame="robot anchor", measurable=False,
              compute=lambda s: _anchor_position(s, tables)),
-        Term(name="root_lin_vel", size=3, unit="m/s", frame="root body", noise=0.0, measurable=False,
+        Term(kind="root_lin_vel", at=0, size=3, scale=1.0, unit="m/s", frame="root body", measurable=False,
              compute=lambda s: rot.rotate(rot.conjugate(s.qpos[0, :, 3:7]), s.qvel[0, :, :3])),
-        Term(name="body_pos", size=3 * k, unit="m", frame="robot anchor", noise=0.0, measurable=False,
+        Term(kind="body_pos", at=0, size=3 * k, scale=1.0, unit="m", frame="robot anchor", measurable=False,
              compute=lambda s: _body_positions(s, tables)),
-        Term(name="phase", size=1, unit="share of the clip", frame="", noise=0.0, measurable=False,
+        Term(kind="phase", at=0, size=1, scale=1.0, unit="share of the clip", frame="", measurable=False,
              compute=lambda s: (s.frame / max(1, tables.frames - 1))[:, None]),
     )  # fmt: skip
     return ObservationTable(terms=terms)
@@ -159,7 +144,7 @@ def _ahead(table: ndarray, frames: int, s: Situation) -> ndarray:
 
 
 def _gyro(back: int, s: Situation) -> ndarray:
-    return np.asarray(0.25 * s.qvel[back, :, 3:6])
+    return np.asarray(s.qvel[back, :, 3:6])
 
 
 def _joint_pos(back: int, default: ndarray, s: Situation) -> ndarray:
@@ -167,7 +152,7 @@ def _joint_pos(back: int, default: ndarray, s: Situation) -> ndarray:
 
 
 def _joint_vel(back: int, s: Situation) -> ndarray:
-    return np.asarray(0.1 * s.qvel[back, :, 6:])
+    return np.asarray(s.qvel[back, :, 6:])
 
 
 def _anchor_orientation(s: Situation, tables: ReferenceTables) -> ndarray:

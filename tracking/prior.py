@@ -2,15 +2,32 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
 from clips import Reference
-from robot_models import RobotModel
 
 
-def joint_targets(reference: Reference, robot: RobotModel) -> Float[ndarray, "T J"]:
+class Servos(Protocol):
+    """What joint targets depend on: a robot's, or a contract's."""
+
+    @property
+    def kp(self) -> Float[ndarray, "J"]:
+        """[N m/rad]."""
+
+    @property
+    def kd(self) -> Float[ndarray, "J"]:
+        """[N m s/rad]."""
+
+    @property
+    def effort(self) -> Float[ndarray, "J"]:
+        """[N m]."""
+
+
+def joint_targets(reference: Reference, servos: Servos) -> Float[ndarray, "T J"]:
     """Servo targets [rad] for the control period that ends at each frame.
 
     A servo gives kp (target - q) - kd qdot. On the reference that shall be the torque tau of its inverse dynamics, so
@@ -19,11 +36,11 @@ def joint_targets(reference: Reference, robot: RobotModel) -> Float[ndarray, "T 
 
     Args:
         reference: the motion, with `joint_torque` where Pinocchio was at hand when it was made.
-        robot: its robot.
+        servos: gains and efforts, in the reference's joint order.
     """
     effort = np.zeros_like(reference.joint_pos) if reference.joint_torque is None else reference.joint_torque
     q, qdot, tau = (_middle(x) for x in (reference.joint_pos, reference.joint_vel, effort))
-    return q + (np.clip(tau, -robot.effort, robot.effort) + robot.kd * qdot) / robot.kp
+    return q + (np.clip(tau, -servos.effort, servos.effort) + servos.kd * qdot) / servos.kp
 
 
 def _middle(x: Float[ndarray, "T J"]) -> Float[ndarray, "T J"]:

@@ -21,6 +21,7 @@ from tracking.physics import Engine
 from tracking.prior import joint_targets
 from tracking.randomisation import Pushes, draw_robots
 from tracking.rewards import beyond_soft_limits, reward_terms
+from tracking.runner import Measurement
 from tracking.starts import Starts
 
 
@@ -102,12 +103,18 @@ class TrackingTask:
         self.heading[ids] = rot.from_yaw(rot.yaw(turned))
         self.sensors.read_some(ids, self.physics.state[ids])
 
-    def step(self, action: Float[ndarray, "N J"]) -> StepResult:
-        """One control period towards the next frame of the reference."""
+    def step(self, action: Float[ndarray, "N J"], targets: Float[ndarray, "N J"] | None = None) -> StepResult:
+        """One control period towards the next frame of the reference.
+
+        Args:
+            action: of the policy.
+            targets: of the servos [rad], where someone else has made them from the action.
+        """
         following = np.minimum(self.frame + 1, self.tables.frames - 1)
         self.pushes.apply(self.physics.qvel, self.rng)
-        targets = self.targets[following] + self.action_scale * action
-        self.physics.step(np.clip(targets, *self.target_range) - self.encoder_bias)
+        if targets is None:
+            targets = np.clip(self.targets[following] + self.action_scale * action, *self.target_range)
+        self.physics.step(targets - self.encoder_bias)
         self.frame = following
         diverged = np.asarray(~np.isfinite(self.physics.state).all(axis=1))
         if diverged.any():
@@ -151,6 +158,21 @@ class TrackingTask:
         seen = self.actor.values(s)
         critic = np.concatenate((seen, self.privileged.values(s)), axis=1)
         return self.actor.disturbed(seen, self.rng) if noisy else seen, critic
+
+    def measured(self, *, noisy: bool = True) -> Measurement:
+        """What the robots' sensors tell of the present state."""
+        noise, share = self.config.observation_noise, 1.0 if noisy else 0.0
+        qpos, qvel = self.physics.qpos, self.physics.qvel
+
+        def draw(size: int, width: float) -> ndarray:
+            return share * width * self.rng.uniform(-1.0, 1.0, size=(self.envs, size))
+
+        return Measurement(
+            quat=rot.multiply(qpos[:, 3:7], rot.exp(draw(3, noise.orientation))),
+            gyro=qvel[:, 3:6] + draw(3, noise.gyro),
+            joint_pos=qpos[:, 7:] + self.encoder_bias + draw(self.actions, noise.joint_position),
+            joint_vel=qvel[:, 6:] + draw(self.actions, noise.joint_velocity),
+        )
 
     def close(self) -> None:
         """End the threads."""

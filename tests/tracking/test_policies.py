@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("torch")
@@ -13,9 +14,13 @@ from tracking import TrackingError, evaluate, evaluation_task, load_bundle
 def test_a_shipped_policy_finishes_its_dance(name):
     bundle = load_bundle(Path(name))
     task = evaluation_task(bundle.config)
-    result = evaluate(bundle.policy, bundle.robot, bundle.reference, task, rollouts=10, seed=3)
+    result = evaluate(bundle.runner, bundle.robot, bundle.reference, task, rollouts=10, seed=3)
     assert result.finished >= 0.7 and result.body_error_mm < 60.0
-    still = evaluate(lambda seen: 0.0 * bundle.policy(seen), bundle.robot, bundle.reference, task, rollouts=10, seed=3)
+
+    def nothing(seen):
+        return np.zeros((len(seen), len(bundle.robot.joint_names)))
+
+    still = evaluate(nothing, bundle.robot, bundle.reference, task, rollouts=10, seed=3)
     assert still.finished <= 0.1  # the policy does it, not the prior
 
 

@@ -10,9 +10,11 @@ torch = pytest.importorskip("torch")
 
 from clips import load_reference
 from robot_models import load_robot
-from tracking import PpoConfig, TrackingError, TrackingTask, TrainConfig, onnx_policy, train
+from tracking import PpoConfig, Runner, TrackingError, TrackingTask, TrainConfig, motion_of, onnx_policy, train
 from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
-from tracking.export import contract, export_bundle, torch_policy
+from tracking.contract import read_contract
+from tracking.export import contract_of, export_bundle, torch_policy
+from tracking.golden import read_golden, replay
 from tracking.ppo import Trainer
 
 SMALL = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2)
@@ -99,7 +101,10 @@ def test_the_exported_actor_agrees_with_torch_and_its_contract_with_the_robot(re
     robot = one.task.robot
     assert told["joint_names"] == list(robot.joint_names) and told["kp"] == robot.kp.tolist()
     assert told["observation"][-1]["slice"][1] == seen.shape[1]
-    assert contract(one.task, "abc")["control_dt"] == 0.02
+    assert contract_of(one.task, "abc").control_dt == 0.02
+    contract = read_contract(tmp_path / "contract.json")
+    runner = Runner(contract, onnx_policy(tmp_path / "policy.onnx"), motion_of(reference, contract))
+    assert replay(runner, read_golden(tmp_path / "golden.npz")) < 1e-5
 
 
 def test_an_actor_that_sees_what_no_robot_measures_is_not_exported(reference, tmp_path):
@@ -155,18 +160,16 @@ def test_a_finished_run_resumed_does_not_train_on(reference, tmp_path):
     assert again.steps == first.steps
 
 
-@pytest.mark.parametrize("key", ["kp", "joint_names", "action_scale", "look_ahead", "robot_hash", "reference_sha256"])
+@pytest.mark.parametrize("key", ["kp", "joint_names", "robot_hash", "reference_sha256", "anchor_chain"])
 def test_a_contract_that_does_not_fit_is_refused_by_the_number_that_differs(reference, key):
-    from tracking import TaskConfig, check_contract
+    from tracking import check_contract
 
     one = trainer(reference)
-    told = json.loads(json.dumps(contract(one.task, "abc")))
-    check_contract(told, one.task.robot, TaskConfig(), "abc")
-    told[key] = (
-        told[key][::-1] if key == "joint_names" else 1.0 if isinstance(told[key], str) else [1.0] * len(told[key])
-    )
+    told = contract_of(one.task, "abc")
+    check_contract(told, one.task.robot, "abc")
+    other = {"kp": 1.1 * told.kp, "joint_names": told.joint_names[::-1], "anchor_chain": told.anchor_chain[1:]}
     with pytest.raises(TrackingError, match=f"contract, {key}"):
-        check_contract(told, one.task.robot, TaskConfig(), "abc")
+        check_contract(dataclasses.replace(told, **{key: other.get(key, "another")}), one.task.robot, "abc")
 
 
 def test_updates_become_smaller_with_time_and_with_success(tmp_path):

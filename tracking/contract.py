@@ -1,0 +1,180 @@
+"""The contract of a policy bundle, `contract.json`: everything that a runner must know beside the network.
+
+Nothing here needs a simulator or a trainer.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field, fields
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.files import write_whole
+from tracking.errors import TrackingError
+
+FORMAT_VERSION = 2
+FROM_REFERENCE, FROM_DEFAULT = "reference", "default"
+_TARGETS = {
+    FROM_REFERENCE: "the next frame's joint_pos + (joint_torque + kd * joint_vel) / kp, in the middle of the period",
+    FROM_DEFAULT: "the default pose",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One row of the observation table: `scale` times some numbers."""
+
+    kind: str  # key of `runner.KINDS`
+    at: int  # control periods from now: of the reference ahead, of a measurement back (negative)
+    size: int
+    scale: float
+    unit: str  # before the scale
+    frame: str
+    noise: float = 0.0  # half width of the uniform noise in training, after the scale
+    measurable: bool = True  # whether a robot has a sensor for it
+
+    @property
+    def name(self) -> str:
+        """Kind, and when."""
+        return self.kind + (f"_{self.at}" if self.at > 0 else f"_{-self.at}_ago" if self.at < 0 else "")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChainLink:
+    """One body on the way from the IMU's body to the anchor: a fixed turn, then the joint's."""
+
+    quat: tuple[float, ...]  # wxyz, parent_from_body at joint zero
+    joint: str | None
+    axis: tuple[float, ...]  # of the joint, in the body
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Contract:
+    """What a policy was made for. J joints in the policy's own order."""
+
+    robot: str
+    robot_hash: str  # of names, tree, axes and limits; empty in a foreign policy
+    reference_sha256: str
+    control_dt: float  # [s]
+    joint_names: tuple[str, ...]
+    default_joint_pos: Float[ndarray, "J"]  # [rad]
+    kp: Float[ndarray, "J"]  # [N m/rad]
+    kd: Float[ndarray, "J"]  # [N m s/rad]
+    effort: Float[ndarray, "J"]  # [N m]
+    action_scale: Float[ndarray, "J"]  # [rad]
+    target: str  # what the scaled action is added to: a key of `_TARGETS`
+    target_lower: Float[ndarray, "J"]  # [rad]
+    target_upper: Float[ndarray, "J"]  # [rad]
+    anchor: str
+    anchor_chain: tuple[ChainLink, ...]
+    observation: tuple[Row, ...]
+    delay_trained_with_s: tuple[float, float]
+    versions: dict[str, str] = field(default_factory=dict)
+    source: str = ""  # where it was read [file]
+
+    def __post_init__(self) -> None:
+        j = len(self.joint_names)
+        for name in _ARRAYS:
+            array = np.asarray(getattr(self, name), dtype=float)
+            if array.shape != (j,) or not np.isfinite(array).all():
+                raise self._refused(name, f"shape {array.shape} or numbers that are not finite", f"{j} finite numbers")
+            object.__setattr__(self, name, array)
+        if len(set(self.joint_names)) < j or not j:
+            raise self._refused("joint_names", f"{j} names, some twice or none", "one name per joint")
+        if not 0.0 < self.control_dt < 1.0:
+            raise self._refused("control_dt", repr(self.control_dt), "seconds between 0 and 1")
+        if (self.kp <= 0.0).any() or (self.kd < 0.0).any() or (self.effort <= 0.0).any():
+            raise self._refused("kp, kd, effort", "a gain or an effort that is not positive", "positive numbers")
+        if self.target not in _TARGETS:
+            raise self._refused("target", repr(self.target), f"one of {', '.join(_TARGETS)}")
+        strange = {link.joint for link in self.anchor_chain} - {None, *self.joint_names}
+        if strange:
+            raise self._refused("anchor_chain", f"joints {strange}", "joints of the policy")
+        for link in self.anchor_chain:
+            if len(link.quat) != 4 or abs(np.linalg.norm(link.quat) - 1.0) > 1e-6:
+                raise self._refused("anchor_chain", f"quat {link.quat}", "unit quaternions wxyz")
+
+    @property
+    def observation_size(self) -> int:
+        """Numbers in one observation."""
+        return sum(row.size for row in self.observation)
+
+    def as_dict(self) -> dict[str, Any]:
+        """For a file: at full precision, with slices and meanings for people."""
+        told = {k: v.tolist() if isinstance(v, ndarray) else v for k, v in vars(self).items() if k != "source"}
+        ends = np.cumsum([row.size for row in self.observation])
+        rows = [
+            {"name": row.name, "slice": [int(end) - row.size, int(end)], **asdict(row)}
+            for row, end in zip(self.observation, ends, strict=True)
+        ]
+        return {
+            "format_version": FORMAT_VERSION,
+            **told,
+            "observation": rows,
+            "anchor_chain": [asdict(link) for link in self.anchor_chain],
+            "meaning": {
+                "servo target": "target + action_scale * action, within target_lower and target_upper",
+                "target": _TARGETS[self.target],
+                "observation": "scale * numbers of that kind, side by side; quaternions are wxyz",
+            },
+        }
+
+    def _refused(self, what: str, found: str, expected: str) -> TrackingError:
+        return TrackingError(f"{self.source or 'contract'}, {what}", found=found, expected=expected)
+
+
+_ARRAYS = ("default_joint_pos", "kp", "kd", "effort", "action_scale", "target_lower", "target_upper")
+
+
+def write_contract(path: Path, contract: Contract) -> None:
+    """Write `contract.json`, whole or not at all."""
+    with write_whole(path) as stream:
+        stream.write(json.dumps(contract.as_dict(), indent=1).encode())
+
+
+def read_contract(path: Path) -> Contract:
+    """Read and check `contract.json`.
+
+    Raises:
+        TrackingError: not a contract, of another format version, or numbers that do not fit together.
+    """
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        version = told.get("format_version")
+    except (OSError, ValueError, AttributeError) as e:
+        raise TrackingError(str(path), found="no contract", expected="contract.json of a policy bundle") from e
+    if version != FORMAT_VERSION:
+        raise TrackingError(
+            f"{path}, format_version", found=repr(version), expected=str(FORMAT_VERSION),
+            cure="update dance-retarget" if isinstance(version, int) and version > FORMAT_VERSION else "export it again",
+        )  # fmt: skip
+    names = {f.name for f in fields(Contract)}
+    try:
+        rows = tuple(Row(**{k: r[k] for k in _names(Row)}) for r in told["observation"])
+        chain = tuple(
+            ChainLink(quat=tuple(link["quat"]), joint=link["joint"], axis=tuple(link["axis"]))
+            for link in told["anchor_chain"]
+        )
+        contract = Contract(
+            **{k: v for k, v in told.items() if k in names - {"observation", "anchor_chain", "joint_names", "source"}},
+            joint_names=tuple(told["joint_names"]), observation=rows, anchor_chain=chain, source=str(path),
+        )  # fmt: skip
+        slices = [tuple(r["slice"]) for r in told["observation"]]
+    except (KeyError, TypeError, ValueError) as e:
+        raise TrackingError(str(path), found=f"{type(e).__name__}: {e}", expected="every key of a contract") from e
+    ends = np.cumsum([0, *(row.size for row in rows)]).tolist()
+    if slices != list(pairwise(ends)):
+        raise TrackingError(
+            f"{path}, observation", found="slices that overlap or leave gaps", expected="rows side by side"
+        )
+    return contract
+
+
+def _names(kind: type) -> list[str]:
+    return [f.name for f in fields(kind)]
