@@ -1,11 +1,12 @@
-"""`dance-eval`: how well a trained policy performs its reference, over many rollouts."""
+"""`dance-eval`: how well a trained policy performs its reference, over many rollouts, in one engine or several."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
@@ -16,36 +17,50 @@ from clips.files import write_whole
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
-    from tracking import Evaluation
+    from tracking import Cell, Evaluation
 
 
 @dataclass(frozen=True, kw_only=True)
 class Arguments:
     """Roll out a policy bundle over its whole dance and count how often it finishes.
 
+    The policy is played by the runner that stands on a robot: it knows the bundle alone, and first has to repeat the
+    golden trace of the training.
+
     Examples:
         dance-eval groove-g1
-        dance-eval runs/groove
+        dance-eval groove-g1 --engine all --recording both.rrd
         dance-eval runs/groove --rollouts 500 --json result.json
+        dance-eval groove-g1 --engine all --sweep --picture sweep.png
     """
 
     bundle: ClipPath
-    """Folder that dance-train wrote (policy.onnx, contract.json, reference.npz), or groove-dancer or groove-g1, which
-    come with the package."""
+    """Folder that dance-train wrote (policy.onnx, contract.json, golden.npz, reference.npz), or groove-dancer or
+    groove-g1, which come with the package."""
     ref: Path | None = None
     """The reference that it was trained on, where it does not lie in the bundle."""
     robot: str | None = None
     """Path of the robot's profile, where it is not a built-in one."""
+    engine: str = "mujoco"
+    """mujoco; physx-isaac (PhysX 5 as Isaac Lab trains, implicit drives at 5 ms); physx-motor (PhysX 5 with the servo
+    law of motor boards, clipped torques at 1 ms); physx for both of these, all for all three. PhysX needs the extra
+    sim2sim."""
     rollouts: int = 100
     """How many, each with its own noise and robot."""
     seed: int = 1
     """Seed of noise and robots."""
     randomisation: bool = True
     """Draw every rollout's robot from the training ranges; otherwise the nominal one."""
+    sweep: bool = False
+    """Change one thing at a time (delay, gains, friction, mass, pushes, sensors) and evaluate under each."""
+    jobs: int = 0
+    """Processes of a sweep; 0: as many as the cores that this process may use."""
+    picture: Path | None = None
+    """Write the sweep's table as a picture here."""
     json: Path | None = None
     """Write the numbers here too."""
     recording: Path | None = None
-    """Write a Rerun recording of the longest rollout here."""
+    """Write a Rerun recording of the longest rollout in each engine here."""
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -55,34 +70,105 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Load, check, roll out, report."""
-    from tracking import evaluate, evaluation_task, load_bundle
+    from tracking import engine_names, load_bundle, read_golden, replay
 
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
     console = Console(highlight=False, soft_wrap=True)
+    engines = engine_names(args.engine)
     bundle = load_bundle(args.bundle, reference=args.ref, robot=args.robot)
-    task = evaluation_task(bundle.config, randomised=args.randomisation)
-    with progress("steps") as tell:
-        result = evaluate(
-            bundle.runner, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=args.seed,
-            progress=lambda done, total: tell("rollouts", done, total),
-        )  # fmt: skip
-    rows = _rows(result)
-    table = Table(box=None, pad_edge=False, show_header=False)
-    for row in rows:
-        table.add_row(*row)
+    apart = replay(bundle.runner, read_golden(bundle.folder / "golden.npz"))
+    console.print(f"golden trace repeated to {apart:.1e}", markup=False)
+    if args.sweep:
+        return _sweep(args, engines, console)
+    results = _evaluate(args, engines)
+    tables = {name: _rows(result) for name, result in results.items()}
+    lines = _side_by_side(tables)
+    table = Table(*lines[0], box=None, pad_edge=False, header_style="bold")
+    for line in lines[1:]:
+        table.add_row(*line)
     console.print(table)
     if args.json is not None:
-        with write_whole(args.json) as stream:
-            stream.write(json.dumps(result.as_dict(), indent=1).encode())
-        console.print(f"wrote {args.json}", markup=False)
+        told: dict[str, Any] = {name: result.as_dict() for name, result in results.items()}
+        _write(args.json, json.dumps(told if len(told) > 1 else next(iter(told.values())), indent=1), console)
     if args.recording is not None:
-        from cli.show import save_training
+        from cli.show import save_rollouts
 
-        text = "\n".join([f"# {args.bundle}", "| | | |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)])
-        save_training(args.recording, bundle.robot, bundle.reference, result.best, {}, text)
+        rule = "|---" * len(lines[0]) + "|"
+        rows = [f"| {' | '.join(line)} |" for line in lines]
+        text = "\n".join([f"# {args.bundle}", rows[0], rule, *rows[1:]])
+        save_rollouts(args.recording, bundle.robot, bundle.reference, {n: r.best for n, r in results.items()}, {}, text)
         console.print(f"wrote {args.recording}   open it: rerun {args.recording}", markup=False)
-    return DONE if result.finished >= GATE else BELOW_GATE
+    return DONE if all(r.finished >= GATE for r in results.values()) else BELOW_GATE
+
+
+def _evaluate(args: Arguments, engines: tuple[str, ...]) -> dict[str, Evaluation]:
+    from tracking import ENGINES, evaluate, evaluation_task, load_bundle
+
+    results = {}
+    with progress("steps") as tell:
+        for name in engines:
+            bundle = load_bundle(args.bundle, reference=args.ref, robot=args.robot)
+            task = evaluation_task(bundle.config, randomised=args.randomisation)
+            results[name] = evaluate(
+                bundle.runner, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=args.seed,
+                engine=ENGINES[name], progress=lambda done, total, name=name: tell(name, done, total),  # type: ignore[misc]
+            )  # fmt: skip
+    return results
+
+
+def _sweep(args: Arguments, engines: tuple[str, ...], console: Console) -> int:
+    from tracking import available_threads, sweep
+
+    with progress("cells") as tell:
+        cells = sweep(
+            args.bundle, engines, rollouts=args.rollouts, seed=args.seed, jobs=args.jobs or available_threads(),
+            progress=lambda done, total: tell("sweep", done, total),
+        )  # fmt: skip
+    table = Table(box=None, pad_edge=False, header_style="bold", title="finished %, survived s, body error mm")
+    for column in ("", *engines):
+        table.add_column(column, justify="left" if not column else "right")
+    for condition, row in by_condition(cells).items():
+        table.add_row(condition, *(_short(row[name]) for name in engines))
+    console.print(table)
+    if args.json is not None:
+        _write(args.json, json.dumps([cell.as_dict() for cell in cells], indent=1), console)
+    if args.picture is not None:
+        from cli.chart import save_sweep
+
+        save_sweep(args.picture, by_condition(cells), engines, f"{args.bundle.name}: rollouts that finish [%]")
+        console.print(f"wrote {args.picture}", markup=False)
+    first = next(iter(by_condition(cells).values()))
+    return DONE if all(cell.result.finished >= GATE for cell in first.values()) else BELOW_GATE
+
+
+def by_condition(cells: list[Cell]) -> Mapping[str, Mapping[str, Cell]]:
+    """Condition -> engine -> cell, in the order of the cells."""
+    rows: dict[str, dict[str, Cell]] = {}
+    for cell in cells:
+        rows.setdefault(cell.condition, {})[cell.engine] = cell
+    return rows
+
+
+def _short(cell: Cell) -> str:
+    r = cell.result
+    text = f"{100 * r.finished:.0f}, {r.survived_s:.1f}, {r.body_error_mm:.0f}"
+    return text if r.finished >= 0.9 else f"[red]{text}[/]"
+
+
+def _write(path: Path, text: str, console: Console) -> None:
+    with write_whole(path) as stream:
+        stream.write(text.encode())
+    console.print(f"wrote {path}", markup=False)
+
+
+def _side_by_side(tables: Mapping[str, list[tuple[str, str, str]]]) -> list[tuple[str, ...]]:
+    """Header and lines: one column per engine, and the remarks where there is but one."""
+    if len(tables) == 1:
+        (name, rows), *_ = tables.items()
+        return [("", name, ""), *rows]
+    columns = list(tables.values())
+    return [("", *tables), *((rows[0][0], *(value for _, value, _ in rows)) for rows in zip(*columns, strict=True))]
 
 
 def _rows(r: Evaluation) -> list[tuple[str, str, str]]:

@@ -49,41 +49,51 @@ def save_retargeting(path: Path, result: Retargeted) -> None:
         _send_blueprint(log, plots)
 
 
-def save_training(
-    path: Path, robot: RobotModel, reference: Reference, rollout: ndarray, curves: Mapping[str, tuple[ndarray, ndarray]],
-    text: str,
+def save_rollouts(
+    path: Path, robot: RobotModel, reference: Reference, rollouts: Mapping[str, ndarray],
+    curves: Mapping[str, tuple[ndarray, ndarray]], text: str,
 ) -> None:  # fmt: skip
-    """A policy's best rollout beside the ghost of its reference, with the learning curves.
+    """A policy's rollouts side by side, each beside the ghost of its reference, with the learning curves.
 
     Args:
         path: the recording.
         robot: the robot.
         reference: what it should do.
-        rollout: (N, nq) what it did, from the first frame of the reference's dance on.
+        rollouts: name, as of an engine -> (N, nq) what it did, from the first frame of the reference's dance on.
         curves: name -> (steps, values).
         text: markdown summary.
     """
     from robot_models import forward_kinematics
 
+    dance, parts = reference.dance, visual_parts(robot)
     with _recording(path, f"{robot.name}: policy against its reference") as log:
-        frames = len(rollout)
-        dance = slice(reference.dance.start, reference.dance.start + frames)  # evaluations begin with the dance
-        index = _index(np.arange(frames), reference.fps)
-        parts = visual_parts(robot)
-        pos, quat = forward_kinematics(robot, rollout)
-        _scene(log, pos[:, 0], index, reference.fps)
-        _robot(log, "world/robot", robot, parts)
-        _move(log, "world/robot", robot, pos, quat, index)
-        _robot(log, "world/ghost", robot, parts, tint=_GHOST)
-        _move(log, "world/ghost", robot, reference.body_pos_w[dance], reference.body_quat_w[dance], index)
-        error = 1e3 * np.linalg.norm(pos - reference.body_pos_w[dance], axis=-1).mean(axis=1)
-        _curves(log, "plots/rollout", {"distance from the ghost [mm]": error}, index)
+        longest = _index(np.arange(max(map(len, rollouts.values()))), reference.fps)
+        _scene(log, reference.body_pos_w[dance, 0], longest, reference.fps)
+        plots = []
+        for k, (name, rollout) in enumerate(rollouts.items()):
+            root, frames = f"world/{_slug(name)}", len(rollout)
+            index = _index(np.arange(frames), reference.fps)
+            meant = slice(dance.start, dance.start + frames)  # evaluations begin with the dance
+            aside_m = np.array([0.0, -_SIDE_M * k, 0.0])
+            pos, quat = forward_kinematics(robot, rollout)
+            _robot(log, root, robot, parts)
+            _move(log, root, robot, pos + aside_m, quat, index)
+            _robot(log, f"{root}-ghost", robot, parts, tint=_GHOST)
+            _move(
+                log, f"{root}-ghost", robot, reference.body_pos_w[meant] + aside_m, reference.body_quat_w[meant], index
+            )
+            if len(rollouts) > 1:
+                _label(log, f"{root}-name", name, pos[:, 0] + aside_m, index)
+            error = 1e3 * np.linalg.norm(pos - reference.body_pos_w[meant], axis=-1).mean(axis=1)
+            what = "distance from the ghost [mm]"
+            _curves(log, f"plots/{_slug(name)}", {what: error}, index)
+            plots.append(_plot(f"{what}: {name}", f"plots/{_slug(name)}/{_slug(what)}"))
         _learning(log, curves)
         log.log("report", _markdown(text), static=True)
-        plots = [_bars(f"{n} over million steps", f"plots/learning/{_slug(n)}") for n in curves]
-        _send_blueprint(
-            log, [_plot("distance from the ghost [mm]", "plots/rollout/distance-from-the-ghost-mm"), *plots]
-        )
+        plots += [_bars(f"{n} over million steps", f"plots/learning/{_slug(n)}") for n in curves]
+        middle = -0.5 * _SIDE_M * (len(rollouts) - 1)
+        away = 2.5 + 0.6 * (len(rollouts) - 1)
+        _send_blueprint(log, plots, eye=(away, middle - 0.7, 0.5 * away), look=(0.0, middle, 0.72))
 
 
 def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references: Mapping[str, Reference]) -> None:
@@ -335,7 +345,10 @@ def _bars(name: str, origin: str) -> Callable[[Any], Any]:
 
 
 def _send_blueprint(
-    log: Log, plots: Sequence[Callable[[Any], Any]], eye: tuple[float, float, float] = (2.5, -0.7, 1.25)
+    log: Log,
+    plots: Sequence[Callable[[Any], Any]],
+    eye: tuple[float, float, float] = (2.5, -0.7, 1.25),
+    look: tuple[float, float, float] = (0.0, 0.5, 0.72),
 ) -> None:
     import rerun.blueprint as rrb
 
@@ -345,9 +358,7 @@ def _send_blueprint(
         contents=["/world/**"],
         background=rrb.Background(color=(24, 27, 33)),
         line_grid=rrb.LineGrid3D(visible=False),
-        eye_controls=rrb.EyeControls3D(
-            kind=rrb.Eye3DKind.Orbital, position=eye, look_target=(0.0, 0.5, 0.72), eye_up=(0, 0, 1)
-        ),
+        eye_controls=rrb.EyeControls3D(kind=rrb.Eye3DKind.Orbital, position=eye, look_target=look, eye_up=(0, 0, 1)),
     )
     side = rrb.Vertical(
         *[p(rrb) for p in plots],

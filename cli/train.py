@@ -134,14 +134,14 @@ def _config(args: Arguments) -> TrainConfig:
 
 
 def _record(path: Path, robot: RobotModel, reference: Reference, result: Run) -> None:
-    from cli.show import save_training
+    from cli.show import save_rollouts
 
     if result.evaluation is None:
         return
     steps = np.array([row["steps"] for row in result.curves])
     names = {"survived_s": "survived [s]", "finished": "finished [share]", "body_error_mm": "body error [mm]"}
     curves = {label: (steps, np.array([row[key] for row in result.curves])) for key, label in names.items()}
-    save_training(path, robot, reference, result.evaluation.best, curves, _text(result))
+    save_rollouts(path, robot, reference, {"policy": result.evaluation.best}, curves, _text(result))
 
 
 def _text(result: Run) -> str:

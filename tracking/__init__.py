@@ -15,15 +15,23 @@ from tracking.errors import TrackingError
 if TYPE_CHECKING:
     from tracking.bundle import Bundle, load_bundle
     from tracking.dance_env import DanceEnv
+    from tracking.engines import ENGINES, engine_names
     from tracking.evaluation import Evaluation, evaluate, evaluation_task, play
     from tracking.export import check_contract, export_bundle
+    from tracking.golden import read_golden, replay
     from tracking.gym_env import DanceTrackingEnv
+    from tracking.physics import available_threads
     from tracking.reference_check import ReferenceCheck, check_reference
     from tracking.runner import Measurement, Motion, Runner, motion_of, onnx_policy
+    from tracking.sweep import Cell, sweep
     from tracking.task import TrackingTask
     from tracking.training import Run, train
 
 _HOME = {
+    **dict.fromkeys(("ENGINES", "engine_names"), "tracking.engines"),
+    **dict.fromkeys(("read_golden", "replay"), "tracking.golden"),
+    **dict.fromkeys(("Cell", "sweep"), "tracking.sweep"),
+    "available_threads": "tracking.physics",
     "Bundle": "tracking.bundle",
     "load_bundle": "tracking.bundle",
     "DanceEnv": "tracking.dance_env",
@@ -43,7 +51,9 @@ _HOME = {
 }
 
 __all__ = [
+    "ENGINES",
     "Bundle",
+    "Cell",
     "Contract",
     "DanceEnv",
     "DanceTrackingEnv",
@@ -61,8 +71,10 @@ __all__ = [
     "TrackingError",
     "TrackingTask",
     "TrainConfig",
+    "available_threads",
     "check_contract",
     "check_reference",
+    "engine_names",
     "evaluate",
     "evaluation_task",
     "export_bundle",
@@ -71,6 +83,9 @@ __all__ = [
     "onnx_policy",
     "play",
     "read_contract",
+    "read_golden",
+    "replay",
+    "sweep",
     "train",
 ]
 

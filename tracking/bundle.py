@@ -22,6 +22,7 @@ SHIPPED = Path(__file__).parent / "policies"
 class Bundle:
     """A policy with everything that it runs on, checked against each other."""
 
+    folder: Path
     robot: RobotModel
     reference: Reference
     runner: Runner
@@ -62,6 +63,7 @@ def load_bundle(
     motion = load_reference(path, model)
     policy = onnx_policy(folder / POLICY, contract.observation_size, len(contract.joint_names))
     return Bundle(
+        folder=folder,
         robot=model,
         reference=motion,
         runner=Runner(contract, policy, motion_of(motion, contract)),

@@ -32,5 +32,7 @@ def test_the_ghost_is_the_part_of_the_dance_that_the_rollout_follows(groove, tmp
     seen = {}
     monkeypatch.setattr(cli.show, "_curves", lambda log, root, series, index: seen.update(series))
     rollout = groove.reference.qpos[groove.reference.dance][:50]
-    cli.show.save_training(tmp_path / "t.rrd", load_robot("dancer"), groove.reference, rollout, {}, "# text")
+    cli.show.save_rollouts(
+        tmp_path / "t.rrd", load_robot("dancer"), groove.reference, {"policy": rollout}, {}, "# text"
+    )
     assert np.abs(seen["distance from the ghost [mm]"]).max() < 1e-6

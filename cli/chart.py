@@ -1,0 +1,41 @@
+"""Pictures of finished results, by matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from clips.files import write_whole
+from tracking.errors import TrackingError
+
+if TYPE_CHECKING:
+    from tracking import Cell
+
+
+def save_sweep(path: Path, rows: Mapping[str, Mapping[str, Cell]], engines: Sequence[str], title: str) -> None:
+    """A table of success rates, one row per condition, one column per engine, from red to green.
+
+    Raises:
+        TrackingError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as e:
+        raise TrackingError(
+            "--picture", found="no matplotlib", expected="it installed", cure="pip install 'dance-retarget[sim2sim]'"
+        ) from e
+    share = 100.0 * np.array([[row[name].result.finished for name in engines] for row in rows.values()])
+    figure = Figure(figsize=(3.2 + 1.5 * len(engines), 1.0 + 0.34 * len(rows)), layout="constrained", dpi=120)
+    axes = figure.add_subplot()
+    axes.imshow(share, cmap="RdYlGn", vmin=0.0, vmax=100.0, aspect="auto")
+    axes.set_xticks(range(len(engines)), engines)
+    axes.set_yticks(range(len(rows)), list(rows))
+    axes.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
+    for (i, j), value in np.ndenumerate(share):
+        axes.text(j, i, f"{value:.0f}", ha="center", va="center", color="black")
+    axes.set_title(title, fontsize=11)
+    with write_whole(path) as stream:
+        figure.savefig(stream, format=path.suffix.lstrip(".") or "png")

@@ -1,0 +1,27 @@
+"""The engines that a policy can be played in, by name."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tracking.errors import TrackingError
+from tracking.mujoco_batch import MujocoBatch
+from tracking.physics import Engine
+from tracking.physx_batch import ISAAC, MOTOR, PhysxBatch
+
+ENGINES: dict[str, Engine] = {
+    "mujoco": MujocoBatch,
+    "physx-isaac": partial(PhysxBatch, profile=ISAAC),
+    "physx-motor": partial(PhysxBatch, profile=MOTOR),
+}
+_GROUPS = {"physx": ("physx-isaac", "physx-motor"), "all": tuple(ENGINES)}
+
+
+def engine_names(asked: str) -> tuple[str, ...]:
+    """The engines that a name stands for: itself, both profiles of `physx`, or `all`."""
+    names = _GROUPS.get(asked, (asked,))
+    if not set(names) <= set(ENGINES):
+        raise TrackingError(
+            f"engine '{asked}'", found="no such engine", expected=f"one of {', '.join((*ENGINES, *_GROUPS))}"
+        )
+    return names
