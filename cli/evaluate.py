@@ -36,11 +36,12 @@ class Arguments:
 
     bundle: ClipPath
     """Folder that dance-train wrote (policy.onnx, contract.json, golden.npz, reference.npz), or groove-dancer or
-    groove-g1, which come with the package."""
+    groove-g1, which come with the package. Also another tool's policy: an ONNX with BeyondMimic's metadata, or Unitree's
+    deploy.yaml with its policy.onnx beside it."""
     ref: Path | None = None
-    """The reference that it was trained on, where it does not lie in the bundle."""
+    """The reference that it shall perform, where it does not lie in the bundle."""
     robot: str | None = None
-    """Path of the robot's profile, where it is not a built-in one."""
+    """Its robot, or the path of a profile, where the policy does not say."""
     engine: str = "mujoco"
     """mujoco; physx-isaac (PhysX 5 as Isaac Lab trains, implicit drives at 5 ms); physx-motor (PhysX 5 with the servo
     law of motor boards, clipped torques at 1 ms); physx for both of these, all for all three. PhysX needs the extra
@@ -71,14 +72,18 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Load, check, roll out, report."""
     from tracking import engine_names, load_bundle, read_golden, replay
+    from tracking.bundle import GOLDEN
 
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
     console = Console(highlight=False, soft_wrap=True)
     engines = engine_names(args.engine)
     bundle = load_bundle(args.bundle, reference=args.ref, robot=args.robot)
-    apart = replay(bundle.runner, read_golden(bundle.folder / "golden.npz"))
-    console.print(f"golden trace repeated to {apart:.1e}", markup=False)
+    if bundle.contract.robot_hash:
+        apart = replay(bundle.runner, read_golden(bundle.folder / GOLDEN))
+        console.print(f"golden trace repeated to {apart:.1e}", markup=False)
+    else:
+        console.print(f"another tool's policy: {bundle.contract.source}", markup=False)
     if args.sweep:
         return _sweep(args, engines, console)
     results = _evaluate(args, engines)

@@ -86,7 +86,7 @@ def _reference(args: Arguments) -> Show:
 
 def _policy(args: Arguments) -> Show:
     """The policy on its nominal robot, with noisy sensors, from the first frame of the lead-in."""
-    from tracking import TrackingTask, evaluation_task, load_bundle, play
+    from tracking import TrackingTask, evaluation_task, load_bundle, play, start
 
     bundle = load_bundle(args.what, robot=args.robot)
     calm = replace(bundle.config, start_noise=replace(bundle.config.start_noise, scale=0.0))
@@ -97,7 +97,7 @@ def _policy(args: Arguments) -> Show:
 
     def poses() -> Iterator[tuple[ndarray, ndarray | None]]:
         task.reset(np.array([0]), np.array([0]))
-        bundle.runner.start(task.measured(), 0)
+        start(bundle.runner, task, 0)
         for ghost in bundle.reference.qpos:
             yield task.physics.qpos[0].copy(), ghost
             if play(bundle.runner, task).terminated[0]:

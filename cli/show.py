@@ -67,8 +67,9 @@ def save_rollouts(
 
     dance, parts = reference.dance, visual_parts(robot)
     with _recording(path, f"{robot.name}: policy against its reference") as log:
-        longest = _index(np.arange(max(map(len, rollouts.values()))), reference.fps)
-        _scene(log, reference.body_pos_w[dance, 0], longest, reference.fps)
+        longest = max(map(len, rollouts.values()))
+        way = reference.body_pos_w[dance.start : dance.start + longest, 0]
+        _scene(log, way, _index(np.arange(longest), reference.fps), reference.fps)
         plots = []
         for k, (name, rollout) in enumerate(rollouts.items()):
             root, frames = f"world/{_slug(name)}", len(rollout)

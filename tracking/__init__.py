@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tracking.bundle import Bundle, load_bundle
     from tracking.dance_env import DanceEnv
     from tracking.engines import ENGINES, engine_names
-    from tracking.evaluation import Evaluation, evaluate, evaluation_task, play
+    from tracking.evaluation import Evaluation, evaluate, evaluation_task, play, start
     from tracking.export import check_contract, export_bundle
     from tracking.golden import read_golden, replay
     from tracking.gym_env import DanceTrackingEnv
@@ -40,7 +40,7 @@ _HOME = {
     "evaluation_task": "tracking.evaluation",
     "check_contract": "tracking.export",
     "export_bundle": "tracking.export",
-    "play": "tracking.evaluation",
+    **dict.fromkeys(("play", "start"), "tracking.evaluation"),
     "DanceTrackingEnv": "tracking.gym_env",
     "ReferenceCheck": "tracking.reference_check",
     "check_reference": "tracking.reference_check",
@@ -85,6 +85,7 @@ __all__ = [
     "read_contract",
     "read_golden",
     "replay",
+    "start",
     "sweep",
     "train",
 ]

@@ -14,7 +14,7 @@ from tracking.errors import TrackingError
 from tracking.export import check_contract
 from tracking.runner import Runner, motion_of, onnx_policy
 
-POLICY, CONTRACT, REFERENCE = "policy.onnx", "contract.json", "reference.npz"
+POLICY, CONTRACT, REFERENCE, GOLDEN = "policy.onnx", "contract.json", "reference.npz", "golden.npz"
 SHIPPED = Path(__file__).parent / "policies"
 
 
@@ -40,7 +40,8 @@ def load_bundle(
     """Read a bundle and refuse what does not belong together.
 
     Args:
-        folder: where dance-train wrote it, or the name of a policy that comes with the package.
+        folder: where dance-train wrote it, or the name of a policy that comes with the package; or another tool's
+            policy: an ONNX with BeyondMimic's metadata, or Unitree's `deploy.yaml` with its ONNX beside it.
         reference: the reference file, where it is not the bundle's own.
         robot: path of the robot's profile, where it is not a built-in one.
         config: the task that it shall run in.
@@ -49,26 +50,50 @@ def load_bundle(
         TrackingError: not a bundle, or the contract was made for another robot, reference or task.
     """
     folder = _found(folder)
+    if folder.suffix == ".onnx" or _unitree(folder):
+        return _foreign(folder, reference, robot, config or TaskConfig())
     if not (folder / CONTRACT).exists():
         names = ", ".join(sorted(p.name for p in SHIPPED.glob("*/")))
         raise TrackingError(
-            str(folder / CONTRACT),
-            found="no contract",
-            expected=f"a bundle folder that dance-train wrote, or one of: {names}",
-        )
+            str(folder / CONTRACT), found="no contract",
+            expected=f"a bundle folder that dance-train wrote, BeyondMimic's ONNX, Unitree's deploy.yaml, or one of: {names}",
+        )  # fmt: skip
     path = reference or folder / REFERENCE
     contract = read_contract(folder / CONTRACT)
     model = load_robot(robot or contract.robot)
     check_contract(contract, model, hashlib.sha256(path.read_bytes()).hexdigest())
     motion = load_reference(path, model)
     policy = onnx_policy(folder / POLICY, contract.observation_size, len(contract.joint_names))
-    return Bundle(
-        folder=folder,
-        robot=model,
-        reference=motion,
-        runner=Runner(contract, policy, motion_of(motion, contract)),
-        config=config or TaskConfig(),
-    )
+    runner = Runner(contract, policy, motion_of(motion, contract))
+    return Bundle(folder=folder, robot=model, reference=motion, runner=runner, config=config or TaskConfig())
+
+
+def _unitree(path: Path) -> Path | None:
+    """Unitree's `deploy.yaml`, given itself or the folder that it lies in (`params/`, or above)."""
+    candidates = (path, path / "deploy.yaml", path / "params" / "deploy.yaml")
+    return next((p for p in candidates if p.suffix in (".yaml", ".yml") and p.is_file()), None)
+
+
+def _foreign(path: Path, reference: Path | None, robot: str | None, config: TaskConfig) -> Bundle:
+    """A policy that another tool trained, on a robot with that policy's gains."""
+    from tracking.foreign import read_beyondmimic, read_unitree, with_gains
+
+    model = load_robot(robot or "g1")
+    yaml = _unitree(path)
+    if yaml is None:
+        runner, motion = read_beyondmimic(path, model)
+    else:
+        places = (yaml.parent / POLICY, yaml.parent.parent / "exported" / POLICY)
+        network = next((p for p in places if p.is_file()), None)
+        if network is None or reference is None:
+            raise TrackingError(
+                str(yaml), found="no policy.onnx beside it" if network is None else "no motion inside",
+                expected=f"{places[0]} or {places[1]}" if network is None else "the reference that it shall perform",
+                **({} if network is None else {"cure": "name it", "option": "ref"}),
+            )  # fmt: skip
+        motion = load_reference(reference, model)
+        runner = read_unitree(yaml, model, motion, network)
+    return Bundle(folder=path, robot=with_gains(model, runner.contract), reference=motion, runner=runner, config=config)
 
 
 def _found(folder: Path) -> Path:

@@ -31,7 +31,7 @@ class Row:
     """One row of the observation table: `scale` times some numbers."""
 
     kind: str  # key of `runner.KINDS`
-    at: int  # control periods from now: of the reference ahead, of a measurement back (negative)
+    at: int  # control periods from now, ahead in the reference, back in time (negative) in all else
     size: int
     scale: float
     unit: str  # before the scale
@@ -49,6 +49,7 @@ class Row:
 class ChainLink:
     """One body on the way from the IMU's body to the anchor: a fixed turn, then the joint's."""
 
+    pos: tuple[float, ...]  # of the body in its parent [m]
     quat: tuple[float, ...]  # wxyz, parent_from_body at joint zero
     joint: str | None
     axis: tuple[float, ...]  # of the joint, in the body
@@ -158,7 +159,7 @@ def read_contract(path: Path) -> Contract:
     try:
         rows = tuple(Row(**{k: r[k] for k in _names(Row)}) for r in told["observation"])
         chain = tuple(
-            ChainLink(quat=tuple(link["quat"]), joint=link["joint"], axis=tuple(link["axis"]))
+            ChainLink(pos=tuple(link["pos"]), quat=tuple(link["quat"]), joint=link["joint"], axis=tuple(link["axis"]))
             for link in told["anchor_chain"]
         )
         contract = Contract(

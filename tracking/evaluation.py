@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import Reference
@@ -92,7 +92,7 @@ def evaluate(
     steps = dance.stop - 1 - dance.start
     task.reset(np.arange(rollouts), np.full(rollouts, dance.start))
     if isinstance(policy, Runner):
-        policy.start(task.measured())
+        start(policy, task)
     tally = _Tally(rollouts)
     path = [task.physics.qpos.copy()]
     for done in range(steps):
@@ -107,12 +107,26 @@ def evaluate(
     return tally.result(task.dt, steps, np.stack(path))
 
 
+def start(runner: Runner, task: TrackingTask, frame: int | None = None) -> None:
+    """Let a runner begin on the task's robots, by default with the dance's first frame."""
+    runner.start(task.measured().picked(_order(runner, task)), frame)
+
+
 def play(policy: Policy | Runner, task: TrackingTask) -> StepResult:
     """One control period of the task under a policy; a runner has been started before."""
     if not isinstance(policy, Runner):
         return task.step(policy(task.observe()[0]))
-    targets = policy.act(task.measured())
-    return task.step(policy.last_action, targets)
+    order = _order(policy, task)
+    # Joints that the policy does not know rest at their default.
+    action, targets = np.zeros((task.envs, task.actions)), np.tile(task.robot.default_joint_pos, (task.envs, 1))
+    targets[:, order] = policy.act(task.measured().picked(order))
+    action[:, order] = policy.last_action
+    return task.step(action, targets)
+
+
+def _order(runner: Runner, task: TrackingTask) -> Int[ndarray, "J"]:
+    """Places of the policy's joints in the robot's order."""
+    return np.array([task.robot.joint(name) for name in runner.contract.joint_names])
 
 
 class _Tally:

@@ -14,8 +14,9 @@ import torch
 from numpy import ndarray
 
 from robot_models import RobotModel
+from tracking.chain import anchor_chain
 from tracking.config import RandomisationConfig
-from tracking.contract import FROM_REFERENCE, ChainLink, Contract, write_contract
+from tracking.contract import FROM_REFERENCE, Contract, write_contract
 from tracking.errors import TrackingError
 from tracking.golden import Golden, write_golden
 from tracking.runner import Policy, onnx_policy
@@ -116,23 +117,6 @@ def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
         delay_trained_with_s=draw.delay if draw.enabled else (0.0, 0.0),
         versions={p: version(p) for p in ("torch", "rsl-rl-lib", "mujoco", "onnx", "numpy")},
     )
-
-
-def anchor_chain(robot: RobotModel, anchor: str) -> tuple[ChainLink, ...]:
-    """The way from the root body, where the IMU is, to the anchor."""
-    m, links = robot.model, []
-    body, root = robot.body_ids[robot.body(anchor)], robot.body_ids[0]
-    while body != root:
-        joints = range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body])
-        links.append(
-            ChainLink(
-                quat=tuple(m.body_quat[body].tolist()),
-                joint=m.joint(joints[0]).name if joints else None,
-                axis=tuple(m.jnt_axis[joints[0]].tolist()) if joints else (0.0, 0.0, 0.0),
-            )
-        )
-        body = int(m.body_parentid[body])
-    return tuple(reversed(links))
 
 
 def check_contract(told: Contract, robot: RobotModel, reference_sha256: str) -> None:

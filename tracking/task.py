@@ -172,6 +172,8 @@ class TrackingTask:
             gyro=qvel[:, 3:6] + draw(3, noise.gyro),
             joint_pos=qpos[:, 7:] + self.encoder_bias + draw(self.actions, noise.joint_position),
             joint_vel=qvel[:, 6:] + draw(self.actions, noise.joint_velocity),
+            root_pos=qpos[:, :3],
+            root_lin_vel=rot.rotate(rot.conjugate(qpos[:, 3:7]), qvel[:, :3]),
         )
 
     def close(self) -> None:

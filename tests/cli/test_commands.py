@@ -129,7 +129,8 @@ def test_train_and_eval_from_end_to_end(groove_file, tmp_path, capsys):
 
 
 def test_eval_refuses_another_reference(groove_file, tmp_path, capsys):
-    (tmp_path / "contract.json").write_text(json.dumps({"reference_sha256": "0" * 64}))
+    told = json.loads((ROOT / "tracking/policies/groove-dancer/contract.json").read_text())
+    (tmp_path / "contract.json").write_text(json.dumps({**told, "reference_sha256": "0" * 64}))
     assert COMMANDS["dance-eval"]([str(tmp_path), "--ref", str(groove_file)]) == 2
     assert "contract, reference_sha256" in capsys.readouterr().err
 

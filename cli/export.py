@@ -1,0 +1,79 @@
+"""`dance-export`: a trained run as a bundle that stands alone, and in the field's own forms beside it."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from cli.terminal import DONE, ClipPath, Out, command
+from tracking.errors import TrackingError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Write a policy bundle: all that a runner on a robot needs, and nothing else.
+
+    policy.onnx (normaliser inside), contract.json (observations, joints, gains, scales), reference.npz, golden.npz
+    (what the trainer made of the first two seconds, which every runner has to repeat), beyondmimic.onnx (runs in
+    BeyondMimic's deployers as one of theirs) and deploy.yaml (Unitree's layout).
+
+    Examples:
+        dance-export runs/groove -o bundle
+        dance-export groove-g1 -o bundle
+    """
+
+    run: ClipPath
+    """Folder that dance-train wrote, or groove-dancer or groove-g1, which come with the package."""
+    out: Out = None
+    """Folder of the bundle; a new one."""
+    robot: str | None = None
+    """Path of the robot's profile, where it is not a built-in one."""
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Entry point of `dance-export`."""
+    return command(Arguments, run, name="dance-export", argv=argv)
+
+
+def run(args: Arguments) -> int:
+    """Check, repeat the golden trace, write aside, rename."""
+    from tracking import load_bundle, read_golden, replay
+    from tracking.bundle import CONTRACT, GOLDEN, POLICY, REFERENCE
+    from tracking.exchange import write_beyondmimic, write_unitree
+
+    console = Console(highlight=False, soft_wrap=True)
+    out = args.out or Path("bundles") / args.run.name
+    if out.exists():
+        raise TrackingError(str(out), found="something that is already there", expected="a new folder", option="out")
+    bundle = load_bundle(args.run, robot=args.robot)
+    hidden = [row.name for row in bundle.contract.observation if not row.measurable]
+    if hidden:
+        raise TrackingError(
+            str(args.run), found=f"an actor that sees {', '.join(hidden)}", expected="measurable terms only"
+        )
+    apart = replay(bundle.runner, read_golden(bundle.folder / GOLDEN))
+    beside = out.with_name(f".{out.name}.part")
+    shutil.rmtree(beside, ignore_errors=True)
+    beside.mkdir(parents=True)
+    try:
+        for name in (POLICY, CONTRACT, GOLDEN, REFERENCE):
+            shutil.copyfile(bundle.folder / name, beside / name)
+        write_unitree(beside / "deploy.yaml", bundle)
+        refused = ""
+        try:
+            write_beyondmimic(beside / "beyondmimic.onnx", bundle)
+        except TrackingError as e:  # a history, say: the bundle itself is whole without this form
+            refused = str(e)
+        beside.replace(out)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    console.print(f"golden trace repeated to {apart:.1e}", markup=False)
+    if refused:
+        console.print(f"no beyondmimic.onnx: {refused}", markup=False)
+    for path in sorted(out.iterdir()):
+        console.print(f"wrote {path} ({path.stat().st_size / 1e6:.2f} MB)", markup=False)
+    console.print(f"next: dance-eval {out} --engine all", markup=False)
+    return DONE

@@ -1,0 +1,287 @@
+"""Policies that other tools trained: BeyondMimic's ONNX with its metadata, and Unitree's `deploy.yaml` beside an ONNX.
+
+Everything that runs them is read from their own files: joint order, gains, scales, the list of observations. What those
+files do not say, the effort of the motors and the way from the IMU to the anchor, is the robot's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips import Reference, make_reference
+from robot_models import RobotModel
+from tracking.chain import anchor_chain
+from tracking.contract import FROM_DEFAULT, Contract, Row
+from tracking.errors import TrackingError
+from tracking.runner import Motion, Runner, motion_of, open_onnx
+
+# The field's names of observation terms -> kind, unit, whether a robot measures it.
+_TERMS = {
+    "command": ("command", "rad, rad/s", True),
+    "motion_command": ("command", "rad, rad/s", True),
+    "motion_joint_pos": ("motion_joint_pos", "rad", True),
+    "motion_joint_vel": ("reference_joint_vel", "rad/s", True),
+    "motion_anchor_pos_b": ("anchor_position", "m", False),
+    "motion_anchor_ori_b": ("anchor_orientation", "", True),
+    "base_lin_vel": ("root_lin_vel", "m/s", False),
+    "base_ang_vel": ("gyro", "rad/s", True),
+    "projected_gravity": ("gravity", "", True),
+    "joint_pos": ("joint_pos", "rad", True),
+    "joint_pos_rel": ("joint_pos", "rad", True),
+    "joint_vel": ("joint_vel", "rad/s", True),
+    "joint_vel_rel": ("joint_vel", "rad/s", True),
+    "actions": ("last_action", "", True),
+    "last_action": ("last_action", "", True),
+}
+_SIZES = {"command": 2.0, "anchor_position": 3, "anchor_orientation": 6, "root_lin_vel": 3, "gyro": 3, "gravity": 3}
+
+
+def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) -> tuple[Runner, Reference]:
+    """A policy exported by BeyondMimic's whole_body_tracking or mjlab, with the motion that it has inside.
+
+    Args:
+        path: the ONNX, inputs `obs` and `time_step`, with metadata.
+        robot: its robot.
+        control_dt: its control period [s]; the file does not say, and BeyondMimic's is 20 ms.
+
+    Raises:
+        TrackingError: metadata, terms or joints that are missing or unknown, or sizes that do not add up.
+    """
+    session = open_onnx(path)
+    told = dict(session.get_modelmeta().custom_metadata_map)
+    if "joint_names" not in told or "time_step" not in {i.name for i in session.get_inputs()}:
+        raise TrackingError(
+            str(path), found=f"metadata {', '.join(sorted(told)) or 'none'}",
+            expected="joint_names and the rest of BeyondMimic's metadata, and an input time_step",
+            cure="give the folder of a bundle, or Unitree's deploy.yaml",
+        )  # fmt: skip
+    names, histories = _words(told, "observation_names", path), told.get("observation_history_lengths", "")
+    joints = tuple(_words(told, "joint_names", path))
+    lengths = [int(float(h)) for h in histories.split(",")] if histories else [1] * len(names)
+    terms = {name: {"history_length": h} for name, h in zip(names, lengths, strict=True)}
+    rows = _rows(terms, len(joints), str(path))
+    anchor = told.get("anchor_body_name") or robot.profile.anchor
+    contract = _contract(
+        robot, joints, rows, anchor, control_dt, str(path),
+        default_joint_pos=_numbers(told, "default_joint_pos", path), kp=_numbers(told, "joint_stiffness", path),
+        kd=_numbers(told, "joint_damping", path), action_scale=_numbers(told, "action_scale", path),
+    )  # fmt: skip
+    size = session.get_inputs()[0].shape[-1]
+    _same_size(contract, size, str(path))
+    bodies = _words(told, "body_names", path)
+    if anchor not in bodies or robot.body_names[0] not in bodies:
+        raise TrackingError(
+            f"{path}, body_names", found=", ".join(bodies), expected=f"{robot.body_names[0]} and {anchor}"
+        )
+    motion = _motion_inside(session, size, told)
+    root, at = bodies.index(robot.body_names[0]), bodies.index(anchor)
+    tables = Motion(
+        joint_pos=motion["joint_pos"],
+        joint_vel=motion["joint_vel"],
+        root_pos=motion["body_pos_w"][:, root],
+        root_quat=motion["body_quat_w"][:, root],
+        anchor_pos=motion["body_pos_w"][:, at],
+        anchor_quat=motion["body_quat_w"][:, at],
+        targets=np.tile(contract.default_joint_pos, (len(motion["joint_pos"]), 1)),
+    )
+    outputs = {o.name for o in session.get_outputs()}
+    if "actions" not in outputs:
+        raise TrackingError(f"{path}, outputs", found=", ".join(sorted(outputs)), expected="actions")
+
+    def policy(observation: ndarray) -> ndarray:
+        steps = runner.frame.astype(np.float32)[:, None, None]
+        feeds = ({"obs": o[None], "time_step": t} for o, t in zip(observation, steps, strict=True))
+        return np.asarray([session.run(["actions"], feed)[0][0] for feed in feeds], dtype=np.float64)
+
+    runner = Runner(contract, policy, tables)
+    return runner, _reference(robot, contract, tables, str(path))
+
+
+def read_unitree(path: Path, robot: RobotModel, reference: Reference, network: Path) -> Runner:
+    """A policy with Unitree's `deploy.yaml` (unitree_rl_lab), which performs a reference that is given beside it.
+
+    Args:
+        path: the yaml.
+        robot: its robot; the yaml's motor numbers are places in its joint order.
+        reference: the motion. On a file of another robot or rate it is refused.
+        network: the ONNX, input `obs`.
+
+    Raises:
+        TrackingError: keys or terms that are missing or unknown, or sizes that do not add up.
+    """
+    import yaml
+
+    try:
+        told = yaml.safe_load(path.read_text(encoding="utf-8"))
+        ids = [int(i) for i in told["joint_ids_map"]]
+        action = told["actions"]["JointPositionAction"]
+        dt, terms = float(told["step_dt"]), dict(told["observations"])
+        kp, kd = (np.array(told[k], dtype=float) for k in ("stiffness", "damping"))
+        offset, scale = (np.array(action[k], dtype=float) for k in ("offset", "scale"))
+        default = np.array(told["default_joint_pos"], dtype=float)
+        lengths = {len(ids), len(default), len(offset)}, {len(kp), len(kd)}
+    except (OSError, KeyError, TypeError, ValueError, yaml.YAMLError) as e:
+        raise TrackingError(
+            str(path), found=f"{type(e).__name__}: {e}", expected="the keys of Unitree's deploy.yaml"
+        ) from e
+    if sorted(set(ids)) != sorted(ids) or not set(ids) <= set(range(len(robot.joint_names))):
+        raise TrackingError(
+            f"{path}, joint_ids_map",
+            found=str(ids),
+            expected=f"different motors of the {len(robot.joint_names)} of {robot.name}",
+        )
+    if not np.array_equal(offset, default):
+        raise TrackingError(f"{path}, actions offset", found="not default_joint_pos", expected="the same")
+    if lengths[0] != {len(ids)} or lengths[1] not in ({len(ids)}, {len(robot.joint_names)}):
+        raise TrackingError(str(path), found="lists of different lengths", expected=f"{len(ids)} numbers in each")
+    # Gains stand in the order of the motors, everything else in the policy's own.
+    place = ids if len(kp) == len(robot.joint_names) else [sorted(ids).index(i) for i in ids]
+    joints = tuple(robot.joint_names[i] for i in ids)
+    contract = _contract(
+        robot, joints, _rows(terms, len(joints), str(path)), robot.profile.anchor, dt, str(path),
+        default_joint_pos=default, kp=kp[place], kd=kd[place], action_scale=np.broadcast_to(scale, default.shape),
+    )  # fmt: skip
+    session = open_onnx(network)
+    _same_size(contract, session.get_inputs()[0].shape[-1], str(network))
+    entry, result = session.get_inputs()[0].name, session.get_outputs()[0].name
+
+    def policy(observation: ndarray) -> ndarray:
+        rows = [session.run([result], {entry: o[None]})[0][0] for o in observation]
+        return np.asarray(rows, dtype=np.float64)
+
+    return Runner(contract, policy, motion_of(_picked(reference, joints), contract))
+
+
+def with_gains(robot: RobotModel, contract: Contract) -> RobotModel:
+    """The robot with a policy's servo gains; joints that the policy does not know keep their own."""
+    import copy
+
+    ids, model = [robot.joint(name) for name in contract.joint_names], copy.copy(robot.model)
+    kp, kd = robot.kp.copy(), robot.kd.copy()
+    kp[ids], kd[ids] = contract.kp, contract.kd
+    model.actuator_gainprm[:, 0], model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = kp, -kp, -kd
+    return replace(robot, model=model, kp=kp, kd=kd)
+
+
+def _contract(
+    robot: RobotModel, joints: tuple[str, ...], rows: tuple[Row, ...], anchor: str, dt: float, source: str, **arrays: Any
+) -> Contract:  # fmt: skip
+    missing = sorted(set(joints) - set(robot.joint_names))
+    if missing:
+        raise TrackingError(
+            f"{source}, joint_names", found=f"{', '.join(missing[:3])} ...", expected=f"joints of {robot.name}",
+            cure="name the policy's robot", option="robot",
+        )  # fmt: skip
+    ids = [robot.joint(name) for name in joints]
+    for name, array in arrays.items():
+        if array.shape != (len(joints),):
+            raise TrackingError(
+                f"{source}, {name}", found=f"{array.shape[-1]} numbers", expected=f"{len(joints)}, one per joint"
+            )
+    reach = robot.effort[ids] / arrays["kp"]
+    return Contract(
+        robot=robot.name,
+        robot_hash="",
+        reference_sha256="",
+        control_dt=dt,
+        joint_names=joints,
+        effort=robot.effort[ids],
+        target=FROM_DEFAULT,
+        target_lower=robot.lower[ids] - reach,
+        target_upper=robot.upper[ids] + reach,
+        anchor=anchor,
+        anchor_chain=anchor_chain(robot, anchor, joints),
+        observation=rows,
+        delay_trained_with_s=(0.0, 0.0),
+        source=source,
+        **arrays,
+    )
+
+
+def _rows(terms: Mapping[str, Mapping[str, Any]], joints: int, source: str) -> tuple[Row, ...]:
+    """The observation table; a term's history stands oldest first, as Isaac Lab flattens it."""
+    unknown = sorted(set(terms) - set(_TERMS))
+    if unknown:
+        raise TrackingError(f"{source}, observations", found=", ".join(unknown), expected=f"of {', '.join(_TERMS)}")
+    rows = []
+    for name, told in terms.items():
+        kind, unit, measurable = _TERMS[name]
+        size = 2 * joints if kind == "command" else int(_SIZES.get(kind, joints))
+        scale = np.unique(np.array(told.get("scale") or 1.0, dtype=float))
+        if len(scale) > 1:
+            raise TrackingError(f"{source}, {name}", found="a scale of several numbers", expected="one number")
+        if told.get("clip") is not None:
+            raise TrackingError(f"{source}, {name}", found=f"clip {told['clip']}", expected="none")
+        rows += [
+            Row(kind=kind, at=-back, size=size, scale=float(scale[0]), unit=unit, frame="", measurable=measurable)
+            for back in reversed(range(int(told.get("history_length") or 1)))
+        ]
+    return tuple(rows)
+
+
+def _same_size(contract: Contract, size: object, source: str) -> None:
+    if size != contract.observation_size:
+        table = ", ".join(f"{row.name} {row.size}" for row in contract.observation)
+        raise TrackingError(
+            f"{source}, obs", found=f"a network for {size} numbers", expected=f"{contract.observation_size}: {table}",
+            cure="the list of observations is not this network's: do not run it",
+        )  # fmt: skip
+
+
+def _motion_inside(session: Any, size: int, told: Mapping[str, str]) -> dict[str, ndarray]:
+    """The motion that the file carries: its outputs at every time step, which hold at the last."""
+    names = ["joint_pos", "joint_vel", "body_pos_w", "body_quat_w"]
+    blank = np.zeros((1, size), dtype=np.float32)
+
+    def at(t: int) -> list[ndarray]:
+        values = session.run(names, {"obs": blank, "time_step": np.array([[t]], dtype=np.float32)})
+        return [np.asarray(v[0], dtype=float) for v in values]
+
+    frames, last = [at(0)], at(10**6)
+    total = int(float(told["total_time_steps"])) if "total_time_steps" in told else 10**6
+    while len(frames) < total:
+        frames.append(at(len(frames)))
+        if total == 10**6 and all(np.array_equal(a, b) for a, b in zip(frames[-1], last, strict=True)):
+            break
+    return {name: np.stack(values) for name, values in zip(names, zip(*frames, strict=True), strict=True)}
+
+
+def _reference(robot: RobotModel, contract: Contract, motion: Motion, source: str) -> Reference:
+    """The motion as a reference of ours, to be judged against; joints that the policy does not know rest."""
+    qpos = np.tile(robot.default_qpos, (len(motion.joint_pos), 1))
+    qpos[:, :3], qpos[:, 3:7] = motion.root_pos, motion.root_quat
+    qpos[:, 7 + np.array([robot.joint(name) for name in contract.joint_names])] = motion.joint_pos
+    frames = len(qpos)
+    return make_reference(
+        robot, qpos, 1.0 / contract.control_dt, contact=np.zeros((frames, 4), dtype=int),
+        segments=np.array([[0, frames, 0]]), meta={"source": {"file": source}},
+    )  # fmt: skip
+
+
+def _picked(reference: Reference, joints: Sequence[str]) -> Reference:
+    """The same motion with its joints in another order."""
+    order = [reference.joint_names.index(name) for name in joints]
+    return replace(
+        reference, joint_names=tuple(joints), joint_pos=reference.joint_pos[:, order], joint_vel=reference.joint_vel[:, order],
+        joint_torque=None,
+    )  # fmt: skip
+
+
+def _words(told: Mapping[str, str], key: str, path: Path) -> list[str]:
+    if key not in told:
+        raise TrackingError(f"{path}, metadata", found=f"no {key}", expected="BeyondMimic's metadata")
+    return [word.strip() for word in told[key].split(",")]
+
+
+def _numbers(told: Mapping[str, str], key: str, path: Path) -> Float[ndarray, "J"]:
+    try:
+        return np.array([float(word) for word in _words(told, key, path)])
+    except ValueError as e:
+        raise TrackingError(f"{path}, metadata {key}", found=str(e), expected="numbers") from e
