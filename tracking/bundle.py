@@ -68,6 +68,23 @@ def load_bundle(
     return Bundle(folder=folder, robot=model, reference=motion, runner=runner, config=config or TaskConfig())
 
 
+def read_runner(folder: Path) -> tuple[Path, Runner]:
+    """A bundle's folder and runner, from its files alone: no simulator is needed, and no robot model.
+
+    Raises:
+        TrackingError: not a bundle, or its files do not belong together.
+    """
+    folder = _found(folder)
+    contract = read_contract(folder / CONTRACT)
+    file = folder / REFERENCE
+    if not file.exists() or hashlib.sha256(file.read_bytes()).hexdigest() != contract.reference_sha256:
+        raise TrackingError(
+            str(file), found="no reference, or another", expected="the one whose hash the contract states"
+        )
+    policy = onnx_policy(folder / POLICY, contract.observation_size, len(contract.joint_names))
+    return folder, Runner(contract, policy, motion_of(load_reference(file), contract))
+
+
 def _unitree(path: Path) -> Path | None:
     """Unitree's `deploy.yaml`, given itself or the folder that it lies in (`params/`, or above)."""
     candidates = (path, path / "deploy.yaml", path / "params" / "deploy.yaml")

@@ -68,6 +68,11 @@ class Contract:
     kp: Float[ndarray, "J"]  # [N m/rad]
     kd: Float[ndarray, "J"]  # [N m s/rad]
     effort: Float[ndarray, "J"]  # [N m]
+    velocity: Float[ndarray, "J"]  # largest speed of the motors [rad/s]
+    lower: Float[ndarray, "J"]  # range of the joints [rad]
+    upper: Float[ndarray, "J"]  # [rad]
+    stand_kp: Float[ndarray, "J"]  # servos that stand without a policy [N m/rad]
+    stand_kd: Float[ndarray, "J"]  # [N m s/rad]
     action_scale: Float[ndarray, "J"]  # [rad]
     target: str  # what the scaled action is added to: a key of `_TARGETS`
     target_lower: Float[ndarray, "J"]  # [rad]
@@ -130,7 +135,10 @@ class Contract:
         return TrackingError(f"{self.source or 'contract'}, {what}", found=found, expected=expected)
 
 
-_ARRAYS = ("default_joint_pos", "kp", "kd", "effort", "action_scale", "target_lower", "target_upper")
+_ARRAYS = (
+    "default_joint_pos", "kp", "kd", "effort", "velocity", "lower", "upper", "stand_kp", "stand_kd", "action_scale",
+    "target_lower", "target_upper",
+)  # fmt: skip
 
 
 def write_contract(path: Path, contract: Contract) -> None:

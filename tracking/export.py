@@ -20,6 +20,7 @@ from tracking.contract import FROM_REFERENCE, Contract, write_contract
 from tracking.errors import TrackingError
 from tracking.golden import Golden, write_golden
 from tracking.runner import Policy, onnx_policy
+from tracking.standing import standing_gains
 from tracking.task import TrackingTask
 
 _AGREEMENT = 1e-5  # largest difference of onnxruntime and torch
@@ -97,6 +98,7 @@ def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
     """Everything that a runner must know, at full precision."""
     robot, draw = task.robot, task.config.randomisation
     lower, upper = task.target_range
+    stand_kp, stand_kd = standing_gains(robot)
     return Contract(
         robot=robot.name,
         robot_hash=robot.hash,
@@ -107,6 +109,11 @@ def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
         kp=robot.kp,
         kd=robot.kd,
         effort=robot.effort,
+        velocity=robot.velocity,
+        lower=robot.lower,
+        upper=robot.upper,
+        stand_kp=stand_kp,
+        stand_kd=stand_kd,
         action_scale=task.action_scale,
         target=FROM_REFERENCE,
         target_lower=lower,

@@ -21,6 +21,7 @@ from tracking.chain import anchor_chain
 from tracking.contract import FROM_DEFAULT, Contract, Row
 from tracking.errors import TrackingError
 from tracking.runner import Motion, Runner, motion_of, open_onnx
+from tracking.standing import standing_gains
 
 # The field's names of observation terms -> kind, unit, whether a robot measures it.
 _TERMS = {
@@ -186,6 +187,7 @@ def _contract(
                 f"{source}, {name}", found=f"{array.shape[-1]} numbers", expected=f"{len(joints)}, one per joint"
             )
     reach = robot.effort[ids] / arrays["kp"]
+    stand_kp, stand_kd = standing_gains(robot)
     return Contract(
         robot=robot.name,
         robot_hash="",
@@ -193,6 +195,11 @@ def _contract(
         control_dt=dt,
         joint_names=joints,
         effort=robot.effort[ids],
+        velocity=robot.velocity[ids],
+        lower=robot.lower[ids],
+        upper=robot.upper[ids],
+        stand_kp=stand_kp[ids],
+        stand_kd=stand_kd[ids],
         target=FROM_DEFAULT,
         target_lower=robot.lower[ids] - reach,
         target_upper=robot.upper[ids] + reach,

@@ -1,0 +1,123 @@
+"""One performance: the controller's loop in real time, with its clock, its watchdog and its log."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from tracking.deploy.guard import Command, State
+from tracking.deploy.stages import Controller, Stage
+from tracking.errors import TrackingError
+
+_PATIENCE = 5.0  # for the first state [s]
+_HANGING = 0.2  # a loop that has not come round for this long is taken for dead [s]
+
+
+class Wire(Protocol):
+    """The controller's end of a wire."""
+
+    def read(self) -> State | None:
+        """The newest state."""
+
+    def write(self, command: Command) -> None:
+        """Send."""
+
+
+@dataclass(kw_only=True)
+class Performance:
+    """What a performance came to. Times are of the monotonic clock [s]."""
+
+    ticks: list[float] = field(default_factory=list)  # when each command was ready
+    thinking: list[float] = field(default_factory=list)  # how long it took [s]
+    stages: list[tuple[float, str]] = field(default_factory=list)  # when each stage began
+    dances: int = 0
+    tripped: str = ""
+
+    def periods_ms(self) -> tuple[float, float, float]:
+        """Median, 99th percentile and maximum of the time between commands [ms]."""
+        gaps = 1e3 * np.diff(self.ticks)
+        return (float(np.median(gaps)), float(np.percentile(gaps, 99)), float(gaps.max())) if len(gaps) else (0.0,) * 3
+
+
+def perform(
+    controller: Controller,
+    wire: Wire,
+    *,
+    send: bool,
+    stopped: Callable[[], bool] = lambda: False,
+    tell: Callable[[Stage, int], None] = lambda stage, dances: None,
+    linger_s: float = 1.0,
+) -> Performance:
+    """Run the controller until it is over.
+
+    Args:
+        controller: what decides.
+        wire: to the robot.
+        send: write commands; otherwise everything is computed and nothing sent.
+        stopped: whether a person pressed the stop key.
+        tell: told of every stage that begins.
+        linger_s: how long the final damping is repeated [s].
+
+    Raises:
+        TrackingError: no state comes in.
+    """
+    done, dt = Performance(), controller.runner.contract.control_dt
+    first = _first_state(wire)
+    due, over_at = time.monotonic(), np.inf
+    alive = [due]
+    watch = _watchdog(alive, controller, wire if send else None, first)
+    try:
+        while time.monotonic() < over_at + linger_s:
+            began = time.monotonic()
+            if stopped():
+                controller.stop("stopped by a person")
+            state = wire.read() or first
+            command = controller.tick(state, began, due)
+            if send:
+                wire.write(command)
+            alive[0] = time.monotonic()
+            done.ticks.append(alive[0])
+            done.thinking.append(alive[0] - began)
+            if not done.stages or done.stages[-1][1] != controller.stage.value:
+                done.stages.append((alive[0], controller.stage.value))
+                tell(controller.stage, controller.dances)
+            if controller.stage is Stage.OVER:
+                over_at = min(over_at, alive[0])
+            due += dt
+            time.sleep(max(0.0, due - time.monotonic()))
+    finally:
+        watch.set()
+    done.dances, done.tripped = controller.dances, controller.guard.tripped
+    return done
+
+
+def _first_state(wire: Wire) -> State:
+    patience = time.monotonic() + _PATIENCE
+    while (state := wire.read()) is None:
+        if time.monotonic() > patience:
+            raise TrackingError(
+                "LowState", found=f"none in {_PATIENCE:.0f} s", expected="a robot at the other end",
+                cure="name the robot's network interface, or rehearse", option="rehearse", suggestion=" ",
+            )  # fmt: skip
+        time.sleep(0.01)
+    return state
+
+
+def _watchdog(alive: list[float], controller: Controller, wire: Wire | None, state: State) -> threading.Event:
+    """The SDK repeats the newest command for ever: a loop that hangs must not leave a dancing one there."""
+    end = threading.Event()
+
+    def watch() -> None:
+        while not end.wait(0.02):
+            if time.monotonic() - alive[0] > _HANGING:
+                controller.stop(f"the controller's loop hung for {_HANGING} s")
+                if wire is not None:
+                    wire.write(controller.tick(state, 0.0, 0.0))
+
+    threading.Thread(target=watch, daemon=True).start()
+    return end
