@@ -213,23 +213,34 @@ class Rehearsed:
     """What the simulated robot did, until the last damping began."""
 
     qpos: ndarray  # (N, nq) at 50 Hz
+    stage: ndarray  # (N,): 0 damping, 1 stand, 2 dance
     command_age: ndarray  # of every state period [s]
-    fell: bool
+
+    @property
+    def upright(self) -> ndarray:
+        """z of the root's up axis."""
+        from robot_models import rotation as rot
+
+        return rot.rotate(self.qpos[:, 3:7], np.array((0.0, 0.0, 1.0)))[:, 2]
+
+    @property
+    def fell(self) -> bool:
+        """Whether the root was ever low or lying."""
+        from robot_models import load_robot
+
+        low = self.qpos[:, 2] < _FALLEN * load_robot("g1").default_qpos[2]
+        return bool((low | (self.upright < 0.5)).any())
 
     @classmethod
     def read(cls, path: Path, performance: Performance) -> Rehearsed:
         """Read the robot's log."""
-        from robot_models import load_robot
-        from robot_models import rotation as rot
-
+        names = ("damping", "stand", "dance", "over")
+        began = np.array([t for t, _ in performance.stages])
+        kind = np.array([names.index(stage) for _, stage in performance.stages])
         with np.load(path.with_suffix(".npz")) as log:
-            begun = performance.stages[0][0]
-            over = next((t for t, stage in performance.stages if stage == "over"), np.inf)
-            meant = (log["time"] >= begun) & (log["time"] < over)
-            qpos, age = log["qpos"][meant], log["age"]
-        up = rot.rotate(qpos[:, 3:7], np.array((0.0, 0.0, 1.0)))[:, 2]
-        low = qpos[:, 2] < _FALLEN * load_robot("g1").default_qpos[2]
-        return cls(qpos=qpos, command_age=age, fell=bool((low | (up < 0.5)).any()))
+            at = np.searchsorted(began, log["time"], side="right") - 1
+            meant = (at >= 0) & (kind[np.maximum(at, 0)] < names.index("over"))
+            return cls(qpos=log["qpos"][meant], stage=kind[at[meant]].astype(float), command_age=log["age"])
 
 
 def _numbers(performance: Performance, bad: int, rehearsed: Rehearsed | None) -> dict[str, Any]:
@@ -251,14 +262,14 @@ def _numbers(performance: Performance, bad: int, rehearsed: Rehearsed | None) ->
 
 
 def _record(args: Arguments, rehearsed: Rehearsed, told: dict[str, Any]) -> None:
-    from cli.show import save_rollouts
-    from clips import make_reference
+    from cli.show import save_rehearsal
     from robot_models import load_robot
 
-    robot, frames = load_robot("g1"), len(rehearsed.qpos)
-    track = make_reference(
-        robot, rehearsed.qpos, 50.0, contact=np.zeros((frames, 4), dtype=int), segments=np.array([[0, frames, 0]]), meta={}
-    )  # fmt: skip
     rows = "\n".join(f"| {name} | {value} |" for name, value in told.items())
+    series = {
+        "root height [m]": rehearsed.qpos[:, 2],
+        "tilt [rad]": np.arccos(np.clip(rehearsed.upright, -1.0, 1.0)),
+        "stage: 0 damping, 1 stand, 2 dance": rehearsed.stage,
+    }
     text = f"# Rehearsal\n| | |\n|---|---|\n{rows}"
-    save_rollouts(args.recording or Path(), robot, track, {"rehearsal": rehearsed.qpos}, {}, text)
+    save_rehearsal(args.recording or Path(), load_robot("g1"), rehearsed.qpos, 50.0, series, text)

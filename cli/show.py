@@ -97,6 +97,32 @@ def save_rollouts(
         _send_blueprint(log, plots, eye=(away, middle - 0.7, 0.5 * away), look=(0.0, middle, 0.72))
 
 
+def save_rehearsal(
+    path: Path, robot: RobotModel, qpos: ndarray, fps: float, series: Mapping[str, ndarray], text: str
+) -> None:
+    """What a robot did, with curves by frame and a summary.
+
+    Args:
+        path: the recording.
+        robot: the robot.
+        qpos: (N, nq).
+        fps: of qpos.
+        series: name -> (N,) values.
+        text: markdown summary.
+    """
+    from robot_models import forward_kinematics
+
+    pos, quat = forward_kinematics(robot, qpos)
+    with _recording(path, f"{robot.name}: rehearsal") as log:
+        index = _index(np.arange(len(qpos)), fps)
+        _scene(log, pos[:, 0], index, fps)
+        _robot(log, "world/robot", robot, visual_parts(robot))
+        _move(log, "world/robot", robot, pos, quat, index)
+        _curves(log, "plots/rehearsal", series, index)
+        log.log("report", _markdown(text), static=True)
+        _send_blueprint(log, [_plot(name, f"plots/rehearsal/{_slug(name)}") for name in series], look=(0.0, 0.0, 0.72))
+
+
 def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references: Mapping[str, Reference]) -> None:
     """Several references of one clip side by side, the source at their left; touching soles that slide are red.
 
