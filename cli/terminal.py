@@ -46,6 +46,8 @@ class FileOptions:
     """Order of its root quaternions: wxyz or xyzw."""
     source_robot: str | None = None
     """The robot that a joint-space file was made for."""
+    skeleton: str | None = None
+    """The ASF that an AMC was recorded on, where it does not lie beside it."""
 
     def reading(self) -> ReadOptions:
         """The same for the readers."""
@@ -56,6 +58,7 @@ class FileOptions:
             stature=self.stature,
             quat_order=self.quat_order,
             robot=self.source_robot,
+            skeleton=self.skeleton,
         )
 
 

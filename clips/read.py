@@ -7,17 +7,17 @@ from types import ModuleType
 
 from clips.clip import Clip
 from clips.errors import ClipError
-from clips.readers import bvh, npz, pickles, points_csv, robot_csv
+from clips.readers import amc, bvh, deepmimic, npz, pickles, points_csv, robot_csv
 from clips.source import RawFile, ReadOptions
 
 # Asked in this order; the first that recognises the content reads it.
-READERS: tuple[ModuleType, ...] = (bvh, npz, pickles, points_csv, robot_csv)
+READERS: tuple[ModuleType, ...] = (bvh, amc, deepmimic, npz, pickles, points_csv, robot_csv)
 
 _KNOWN_ELSEWHERE = {
     b"Kaydara FBX": ("an FBX file", "open it in Blender and export BVH"),
     b"; FBX": ("an FBX file (text)", "open it in Blender and export BVH"),
-    b":ASF": ("an ASF skeleton", "give the AMC motion; reading AMC is not built yet"),
-    b"!OML:ASF": ("an ASF skeleton", "give the AMC motion; reading AMC is not built yet"),
+    b":ASF": ("an ASF skeleton", "give the AMC motion; it finds the ASF beside it"),
+    b"!OML:ASF": ("an ASF skeleton", "give the AMC motion; it finds the ASF beside it"),
 }
 
 
@@ -38,10 +38,10 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
             return clip
     for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
         if raw.head.lstrip().startswith(magic):
-            raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ or BVH", cure=cure)
+            raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ, BVH, AMC or DeepMimic's txt", cure=cure)
     raise ClipError(
         raw.name,
         found=f"content that no reader knows (it begins with {raw.head[:16]!r})",
-        expected="CSV, PKL, NPZ or BVH",
+        expected="CSV, PKL, NPZ, BVH, AMC or DeepMimic's txt",
         cure="docs/formats.md lists every layout",
     )

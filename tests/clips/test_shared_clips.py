@@ -12,6 +12,8 @@ RATES = {
     "csv/g1_gangnam_style_60hz.csv": 60.0,
     "csv/g1moves_tiktok.csv": 60.0,
     "csv/lafan1_g1_dance1_subject2.csv": 30.0,
+    "amc/cmu_charleston1.amc": 120.0,
+    "amc/cmu_lambada.amc": 120.0,
 }
 FILES = [
     "csv/g1_gangnam_style_60hz.csv", "csv/g1moves_tiktok.csv", "csv/lafan1_g1_dance1_subject2.csv",
@@ -19,6 +21,7 @@ FILES = [
     "bvh/rokoko_jesse_dance.bvh", "bvh/fair1_dab.bvh", "bvh/cmu_12_01_walk.bvh",
     "pkl/pbhc_charleston_dance.pkl", "pkl/gmt_dance.pkl", "pkl/twist2_yanjie_walk_001.pkl", "pkl/asap_apt_level1.pkl",
     "pkl/mimickit_g1_walk.pkl", "npz/asap_smpl_apt_level1.npz", "npz/amp_G1_dance.npz", "npz/g1moves_tiktok.npz",
+    "amc/cmu_charleston1.amc", "amc/cmu_lambada.amc", "deepmimic/humanoid3d_dance_a.txt", "deepmimic/humanoid3d_dance_b.txt",
 ]  # fmt: skip
 
 
