@@ -31,7 +31,6 @@ class Run:
     folder: Path
     steps: int = 0
     seconds: float = 0.0
-    hits: int = 0  # evaluations in a row at the target
     curves: list[dict[str, float]] = field(default_factory=list)  # one row per evaluation
     evaluation: Evaluation | None = None
     onnx_difference: float = math.nan
@@ -70,7 +69,7 @@ def train(
     run = Run(folder=folder)
     if resume:
         saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, reference_sha256)
-        run.steps, run.seconds, run.hits, run.curves = saved["steps"], saved["seconds"], saved["hits"], saved["curves"]
+        run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
     began = time.perf_counter() - run.seconds
     with TensorBoard(folder) as board, Signals() as signals:
         if not run.curves:
@@ -123,7 +122,6 @@ def _judge(run: Run, trainer: Trainer, config: TrainConfig, sha: str, board: Ten
         seed=config.seed + 1000, threads=config.threads,
     )  # fmt: skip
     run.evaluation = result
-    run.hits = run.hits + 1 if result.finished >= config.target else 0
     row = {
         "steps": float(run.steps),
         "minutes": run.seconds / 60.0,
@@ -138,7 +136,7 @@ def _judge(run: Run, trainer: Trainer, config: TrainConfig, sha: str, board: Ten
 
 
 def _save(run: Run, trainer: Trainer, config: TrainConfig, sha: str) -> None:
-    progress = {"steps": run.steps, "seconds": run.seconds, "hits": run.hits, "curves": run.curves}
+    progress = {"steps": run.steps, "seconds": run.seconds, "curves": run.curves}
     save_checkpoint(run.folder / CHECKPOINT, trainer, config, sha, progress)
     if run.curves:
         write_curves(run.folder / CURVES, run.curves)
@@ -156,7 +154,7 @@ def _check_finite(result: Iteration, trainer: Trainer, run: Run, config: TrainCo
 
 
 def _reason_to_stop(run: Run, config: TrainConfig) -> str:
-    if run.hits >= 2:
+    if len(run.curves) >= 2 and all(row["finished"] >= config.target for row in run.curves[-2:]):
         return f"target reached: {100 * config.target:.0f} % of rollouts finish"
     if run.steps >= config.steps:
         return f"budget of {config.steps} steps used"
