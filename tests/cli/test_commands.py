@@ -9,11 +9,16 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
+import cli.convert
+import cli.deploy
+import cli.doctor
 import cli.evaluate
+import cli.export
 import cli.inspect
 import cli.play
 import cli.retarget
 import cli.train
+import cli.verify
 
 ROOT = Path(__file__).parent.parent.parent
 COMMANDS = {
@@ -22,6 +27,11 @@ COMMANDS = {
     "dance-train": cli.train.main,
     "dance-eval": cli.evaluate.main,
     "dance-play": cli.play.main,
+    "dance-convert": cli.convert.main,
+    "dance-verify": cli.verify.main,
+    "dance-doctor": cli.doctor.main,
+    "dance-export": cli.export.main,
+    "dance-deploy": cli.deploy.main,
 }
 
 
@@ -191,7 +201,7 @@ def test_examples_in_the_help_parse(capsys):
 
     for name, main in COMMANDS.items():
         arguments = python.getmodule(main).Arguments
-        examples = [line.strip() for line in arguments.__doc__.splitlines() if line.strip().startswith(f"{name} ")]
+        examples = [line.strip() for line in arguments.__doc__.splitlines() if line.split()[:1] == [name]]
         assert examples, name
         for line in examples:
             tyro.cli(arguments, args=shlex.split(line)[1:], config=(tyro.conf.OmitArgPrefixes,))

@@ -1,0 +1,115 @@
+"""`dance-doctor`: what is installed and works on this machine, and the line that installs what does not."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import platform
+import shutil
+import sys
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+
+from rich.console import Console
+from rich.table import Table
+
+from cli.terminal import BELOW_GATE, DONE, command
+
+# extra -> (distribution, module), what it is for
+_PARTS: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
+    "base": ("retargeting, recordings", (
+        ("numpy", "numpy"), ("scipy", "scipy"), ("mujoco", "mujoco"), ("mink", "mink"), ("pin", "pinocchio"), ("placo", "placo"),
+        ("rerun-sdk", "rerun"), ("trimesh", "trimesh"),
+    )),
+    "train": ("policies", (
+        ("torch", "torch"), ("rsl-rl-lib", "rsl_rl"), ("gymnasium", "gymnasium"), ("tensorboard", "tensorboard"),
+        ("onnx", "onnx"), ("onnxruntime", "onnxruntime"),
+    )),
+    "sim2sim": ("the second engine, sweeps", (("sapien", "sapien"), ("matplotlib", "matplotlib"), ("pyyaml", "yaml"))),
+    "deploy": ("a robot's wires", (("far-unitree-sdk", "unitree_interface"),)),
+    "robots": ("meshes of G1, JVRC-1, Talos", (("example-robot-data", ""), ("jvrc-description", ""))),
+    "film": ("films of policies", (("imageio-ffmpeg", "imageio_ffmpeg"),)),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Say which parts are installed and can be imported, which robots load, and what else this machine has.
+
+    Examples:
+        dance-doctor
+    """
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Entry point of `dance-doctor`."""
+    return command(Arguments, run, name="dance-doctor", argv=argv)
+
+
+def run(args: Arguments) -> int:
+    """One table, then what to type."""
+    os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")
+    console, table, cures = (
+        Console(highlight=False, soft_wrap=True),
+        Table(box=None, pad_edge=False, show_header=False),
+        [],
+    )
+    for extra, (what, parts) in _PARTS.items():
+        states = [_state(*part) for part in parts]
+        wrong = [s for s in states if not s.endswith("ok")]
+        table.add_row(
+            "[red]--[/]" if wrong else "[green]ok[/]", extra, what, ", ".join(wrong) or f"{len(parts)} packages"
+        )
+        if wrong:
+            install = "dance-retarget" + ("" if extra == "base" else f"[{extra}]")
+            cures.append(f"{what}: pip install -c tested-versions.txt '{install}'")
+    for name, value in _machine().items():
+        table.add_row("", name, value, "")
+    for name, (fine, said) in _robots().items():
+        table.add_row("[green]ok[/]" if fine else "[red]--[/]", f"robot {name}", said, "")
+    console.print(table)
+    for cure in cures:
+        console.print(cure, markup=False)
+    return BELOW_GATE if any("retargeting" in cure for cure in cures) else DONE
+
+
+def _state(distribution: str, module: str) -> str:
+    """`name version ok`, or what is wrong."""
+    try:
+        found = version(distribution)
+    except PackageNotFoundError:
+        return f"{distribution} missing"
+    try:
+        if module:
+            importlib.import_module(module)
+    except Exception as e:  # a broken binary package raises whatever it likes
+        return f"{distribution} {found} does not import ({type(e).__name__}: {e})"
+    return f"{distribution} {found} ok"
+
+
+def _machine() -> dict[str, str]:
+    from tracking.physics import available_threads
+
+    display = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
+    windows = "here" if display or not sys.platform.startswith("linux") else "none: use --film and rerun elsewhere"
+    gpu = "nvidia-smi is here; nothing needs it" if shutil.which("nvidia-smi") else "none, and none is needed"
+    return {
+        "Python": f"{platform.python_version()} on {platform.system()} {platform.machine()}",
+        "threads": f"{available_threads()} of {os.cpu_count()}",
+        "display": windows,
+        "GPU": gpu,
+    }
+
+
+def _robots() -> dict[str, tuple[bool, str]]:
+    from robot_models import DanceError, load_robot
+    from robot_models.catalogue import robot_names
+
+    found = {}
+    for name in robot_names():
+        try:
+            robot = load_robot(name)
+            found[name] = True, f"{len(robot.joint_names)} joints, {robot.model.body_mass.sum():.1f} kg"
+        except DanceError as e:
+            found[name] = False, str(e)
+    return found

@@ -1,0 +1,58 @@
+"""`dance-verify`: is this reference whole, and does it still fit its robot and its source?"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from cli.terminal import BELOW_GATE, DONE, ClipPath, command
+from clips import load_reference
+from robot_models import load_robot
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Check a reference: keys and shapes, forward kinematics, the robot's hash, the source's hash, its gates.
+
+    Examples:
+        dance-verify dance_g1.npz
+        dance-verify dance_g1.npz --source dance.bvh
+    """
+
+    reference: ClipPath
+    """The reference (.npz)."""
+    source: Path | None = None
+    """The clip that it was made from; by default a file of its name beside it."""
+    robot: str | None = None
+    """Path of the robot's profile, where it is not a built-in one."""
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Entry point of `dance-verify`."""
+    return command(Arguments, run, name="dance-verify", argv=argv)
+
+
+def run(args: Arguments) -> int:
+    """Check everything, one line each; what is broken is refused by `load_reference` itself."""
+    console = Console(highlight=False, soft_wrap=True)
+    robot = load_robot(args.robot or load_reference(args.reference).robot)
+    reference = load_reference(args.reference, robot)
+    console.print(f"ok    {reference.frames} frames at {reference.fps:g} fps, every key finite and of its shape")
+    console.print(f"ok    bodies follow from the joints of {robot.name}, hash {robot.hash[:12]}")
+    told = reference.meta.get("source", {})
+    file = args.source or args.reference.with_name(str(told.get("file", "")))
+    fine = True
+    if file.is_file():
+        fine = hashlib.sha256(file.read_bytes()).hexdigest() == told.get("sha256")
+        said = "is what it was made from" if fine else "is not what it was made from: other bytes"
+        console.print(f"{'ok   ' if fine else 'FAIL '} {file} {said}", markup=False)
+    else:
+        console.print(
+            f"-     made from {told.get('file', 'an unknown file')}, which is not here: name it with --source"
+        )
+    missed = [m["name"] for m in reference.meta.get("report", {}).get("metrics", ()) if m.get("passed") is False]
+    console.print(f"{'FAIL ' if missed else 'ok   '} gates: {', '.join(missed) or 'all held when it was made'}")
+    return DONE if fine and not missed else BELOW_GATE
