@@ -14,6 +14,7 @@ from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
     from tracking.bundle import Bundle, load_bundle
+    from tracking.conditions import Cell, sweep
     from tracking.dance_env import DanceEnv
     from tracking.engines import ENGINES, engine_names
     from tracking.evaluation import Evaluation, evaluate, evaluation_task, play, start
@@ -23,14 +24,13 @@ if TYPE_CHECKING:
     from tracking.physics import available_threads
     from tracking.reference_check import ReferenceCheck, check_reference
     from tracking.runner import Measurement, Motion, Runner, motion_of, onnx_policy
-    from tracking.sweep import Cell, sweep
     from tracking.task import TrackingTask
     from tracking.training import Run, train
 
 _HOME = {
     **dict.fromkeys(("ENGINES", "engine_names"), "tracking.engines"),
     **dict.fromkeys(("read_golden", "replay"), "tracking.golden"),
-    **dict.fromkeys(("Cell", "sweep"), "tracking.sweep"),
+    **dict.fromkeys(("Cell", "sweep"), "tracking.conditions"),
     "available_threads": "tracking.physics",
     "Bundle": "tracking.bundle",
     "load_bundle": "tracking.bundle",

@@ -50,7 +50,7 @@ def load_bundle(
         TrackingError: not a bundle, or the contract was made for another robot, reference or task.
     """
     folder = _found(folder)
-    if folder.suffix == ".onnx" or _unitree(folder):
+    if folder.suffix == ".onnx" or (_unitree(folder) and not (folder / CONTRACT).exists()):
         return _foreign(folder, reference, robot, config or TaskConfig())
     if not (folder / CONTRACT).exists():
         names = ", ".join(sorted(p.name for p in SHIPPED.glob("*/")))
