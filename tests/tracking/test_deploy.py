@@ -232,6 +232,12 @@ def test_a_missing_file_is_an_error_before_any_wire_is_opened(tmp_path, folder_a
         assert done.returncode == 2 and gone in done.stderr and "Traceback" not in done.stderr, gone
 
 
+def test_a_network_interface_that_is_not_there_is_refused_with_those_that_are(capsys):
+    pytest.importorskip("unitree_interface")
+    assert cli.deploy.main(["groove-g1", "--interface", "nosuch0"]) == 2
+    assert "one of lo" in capsys.readouterr().err
+
+
 def test_a_robot_of_another_kind_is_refused(capsys):
     pytest.importorskip("unitree_interface")
     assert cli.deploy.main(["groove-dancer"]) == 2

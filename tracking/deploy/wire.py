@@ -6,6 +6,7 @@ every message's CRC and drops what fails, saying so on its standard output.
 
 from __future__ import annotations
 
+import socket
 import time
 from typing import Any
 
@@ -32,6 +33,11 @@ def _interface(name: str) -> Any:
             "the robot's wires", found="no far-unitree-sdk", expected="it installed",
             cure="pip install 'dance-retarget[deploy]'",
         ) from e  # fmt: skip
+    there = [found for _, found in socket.if_nameindex()]
+    if name not in there:
+        raise TrackingError(
+            f"interface {name}", found="no such network interface", expected=f"one of {', '.join(there)}"
+        )
     xml = {"dds_config": _LOOPBACK_ONLY} if name == LOOPBACK else {}
     return sdk.UnitreeInterface(name, sdk.RobotType.G1, sdk.MessageType.HG, **xml)
 
