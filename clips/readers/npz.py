@@ -1,4 +1,4 @@
-"""NPZ: our own references, BeyondMimic / mjlab motions, Isaac AMP motions, AMASS-like SMPL poses."""
+"""NPZ: our references, BeyondMimic / mjlab motions, Isaac AMP and LocoMuJoCo motions, AMASS-like SMPL poses."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from clips.joint_space import choose_layout, robot_clip
 from clips.source import Finding, RawFile, ReadOptions
 from robot_models import RobotModel, forward_kinematics, load_robot
 from robot_models import rotation as rot
+from robot_models.catalogue import installed, robot_names
 
 _BODY_TOLERANCE = (
     5e-3  # float32 files of other tools reproduce their bodies to ~1e-4 m; the wrong order misses by > 0.1
@@ -45,10 +46,13 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
         return _isaac_amp(raw, data, options)
     if "joint_pos" in data and "body_pos_w" in data:
         return _motion(raw, data, options)
+    if {"qpos", "joint_names", "frequency"} <= set(data):
+        return _loco_mujoco(raw, data, options)
     raise ClipError(
         raw.name,
         found=f"keys {', '.join(data)}",
-        expected="poses + trans (AMASS), joint_pos + body_pos_w (BeyondMimic, ours) or dof_positions (Isaac AMP)",
+        expected="poses + trans (AMASS), joint_pos + body_pos_w (BeyondMimic, ours) dof_positions (Isaac AMP) or "
+        "qpos + joint_names (LocoMuJoCo)",
     )
 
 
@@ -198,4 +202,44 @@ def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) 
         joint_pos=np.asarray(data["dof_positions"], dtype=float),
         options=options,
         findings=[finding, Finding(what="joint order", value="by name", why="key 'dof_names'", confidence="stated")],
+    )
+
+
+def _loco_mujoco(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:
+    """LocoMuJoCo's trajectory: qpos in MuJoCo's layout, the free joint first, joints by name."""
+    _need(raw, data, {"qpos": 2, "joint_names": 1})
+    fps, finding = rate(raw, data, options, "frequency")
+    if np.size(data.get("split_points", ())) > 2:
+        raise ClipError(
+            raw.name,
+            found=f"{np.size(data['split_points']) - 1} trajectories in one file",
+            expected="one",
+            cure="split it",
+        )
+    free, *names = map(str, data["joint_names"])
+    if data["qpos"].shape[1] != 7 + len(names):
+        raise ClipError(
+            f"{raw.name}, qpos", found=f"{data['qpos'].shape[1]} columns for {free} and {len(names)} joints",
+            expected=f"{7 + len(names)}: a free root and one per joint",
+        )  # fmt: skip
+    fits = [r for r in robot_names() if installed(r) and set(names) <= set(load_robot(r).joint_names)]
+    robot = options.robot or (fits[0] if len(fits) == 1 else None)
+    if robot is None:
+        raise ClipError(
+            f"{raw.name}, joint_names", found=", ".join(names[:4]) + " ...", expected="joints of one robot that is known here",
+            cure="name the robot it was made for", option="robot", suggestion="my_robot.toml",
+        )  # fmt: skip
+    qpos = np.asarray(data["qpos"], dtype=float)
+    return robot_clip(
+        raw,
+        dialect="LocoMuJoCo trajectory",
+        fps=fps,
+        robot=robot,
+        joint_names=tuple(names),
+        root_pos=qpos[:, :3],
+        root_quat=qpos[:, 3:7],
+        quat_order="wxyz",
+        joint_pos=qpos[:, 7:],
+        options=options,
+        findings=[finding, Finding(what="joint order", value="by name", why="key 'joint_names'", confidence="stated")],
     )

@@ -1,4 +1,4 @@
-"""Pickles of the field (GMR, PHC / ASAP / PBHC through joblib, MimicKit), opened without running a stranger's code.
+"""Pickles of the field (GMR, PHC / ASAP / PBHC through joblib, MimicKit, AIST++), opened without running a stranger's code.
 
 The unpickler can rebuild numpy arrays and plain containers. Everything else that a pickle asks for is refused by
 name before it is called.
@@ -18,7 +18,8 @@ from typing import IO, Any, cast
 import numpy as np
 from numpy import ndarray
 
-from clips.clip import RobotClip
+from clips import smpl
+from clips.clip import Clip, HumanClip, RobotClip
 from clips.errors import ClipError
 from clips.joint_space import choose_layout, robot_clip
 from clips.source import MAX_BYTES, Finding, RawFile, ReadOptions
@@ -51,7 +52,7 @@ def recognises(raw: RawFile) -> bool:
     )
 
 
-def read(raw: RawFile, options: ReadOptions) -> RobotClip:
+def read(raw: RawFile, options: ReadOptions) -> Clip:
     """Read a pickle by the keys it holds.
 
     Raises:
@@ -62,6 +63,8 @@ def read(raw: RawFile, options: ReadOptions) -> RobotClip:
         return _phc(raw, next(iter(content.values())), options)
     if isinstance(content, Mapping) and {"root_pos", "root_rot", "dof_pos"} <= set(content):
         return _gmr(raw, content, options)
+    if isinstance(content, Mapping) and {"smpl_poses", "smpl_trans"} <= set(content):
+        return _aist(raw, content, options)
     if isinstance(content, Mapping) and "frames" in content:
         return _mimickit(raw, content, options)
     if isinstance(content, Mapping) and "root_trans_offset" in content:
@@ -75,7 +78,8 @@ def read(raw: RawFile, options: ReadOptions) -> RobotClip:
     raise ClipError(
         raw.name,
         found=f"a pickle with {keys}",
-        expected="GMR (root_pos, root_rot, dof_pos), PHC/ASAP/PBHC (root_trans_offset, dof) or MimicKit (frames)",
+        expected="GMR (root_pos, root_rot, dof_pos), PHC/ASAP/PBHC (root_trans_offset, dof), MimicKit (frames) or AIST++ "
+        "(smpl_poses, smpl_trans)",
     )
 
 
@@ -170,6 +174,20 @@ def _mimickit(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) ->
         raw, "MimicKit pickle", content.get("fps"), frames[:, :3], quat, "wxyz", frames[:, 6:], options,
         conversions=["root rotation vector -> quaternion"],
     )  # fmt: skip
+
+
+def _aist(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> HumanClip:
+    """AIST++: SMPL poses, translation in units of `smpl_scaling`, no rate."""
+    if options.fps is None:
+        raise ClipError(
+            raw.name, found="no frame rate: AIST++ files have none", expected="a stated one: AIST++ is at 60, EDGE's outputs at 30",
+            cure="state it", option="fps", suggestion="60",
+        )  # fmt: skip
+    poses, trans = (_numbers(raw, key, content[key]) for key in ("smpl_poses", "smpl_trans"))
+    scaling = np.asarray(content.get("smpl_scaling", 1.0), dtype=float).reshape(-1)
+    if scaling.size != 1 or not scaling[0] > 0.0:
+        raise ClipError(f"{raw.name}, smpl_scaling", found=repr(content["smpl_scaling"]), expected="one number above 0")
+    return smpl.read(raw, {"poses": poses, "trans": trans / scaling[0]}, options)
 
 
 def _joint_space(

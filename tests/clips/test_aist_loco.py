@@ -1,0 +1,89 @@
+"""AIST++ pickles and LocoMuJoCo trajectories: what is converted, and what is refused with the line to type."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from clips import ClipError, HumanClip, ReadOptions, full_qpos, read_clip
+from robot_models import load_robot
+from robot_models import rotation as rot
+
+
+def dance(frames=40):
+    """SMPL poses, y up: knees bent, an arm that swings."""
+    poses = np.zeros((frames, 24, 3))
+    poses[:, [4, 5], 0] = 0.4
+    poses[:, [1, 2], 0] = -0.2
+    poses[:, 16, 2] = -1.2 + 0.3 * np.sin(np.linspace(0, 6, frames))
+    poses[:, 17, 2] = 1.2
+    trans = np.tile([0.1, 1.15, 0.0], (frames, 1))
+    return poses.reshape(frames, 72), trans
+
+
+def write(path, **content):
+    path.write_bytes(pickle.dumps(content))
+    return path
+
+
+def test_aists_translation_is_divided_by_its_scaling(tmp_path):
+    poses, trans = dance()
+    plain = read_clip(write(tmp_path / "a.pkl", smpl_poses=poses, smpl_trans=trans), ReadOptions(fps=30))
+    file = write(
+        tmp_path / "b.pkl", smpl_poses=poses.astype(np.float32), smpl_trans=93.78 * trans, smpl_scaling=np.array([93.78]),
+        smpl_loss=0.1,
+    )  # fmt: skip
+    scaled = read_clip(file, ReadOptions(fps=60))
+    assert isinstance(scaled, HumanClip) and scaled.fps == 60.0
+    np.testing.assert_allclose(scaled.positions, plain.positions, atol=1e-5)
+    found = {f.what: f.value for f in scaled.source.findings}
+    assert found["up axis"] == "y" and found["unit"] == "m"
+    assert 0.8 < np.median(scaled.positions[:, 0, 2]) < 1.1
+
+
+def test_aist_without_a_rate_or_with_a_wrong_scaling_is_refused(tmp_path):
+    poses, trans = dance()
+    with pytest.raises(ClipError, match="60, EDGE's outputs at 30") as caught:
+        read_clip(write(tmp_path / "a.pkl", smpl_poses=poses, smpl_trans=trans))
+    assert caught.value.option == "fps"
+    with pytest.raises(ClipError, match="smpl_scaling"):
+        file = write(tmp_path / "a.pkl", smpl_poses=poses, smpl_trans=trans, smpl_scaling=np.array([0.0]))
+        read_clip(file, ReadOptions(fps=60))
+
+
+def trajectory(path, robot, frames=40, **changes):
+    qpos = np.tile(robot.default_qpos, (frames, 1))
+    qpos[:, 3:7] = rot.from_yaw(np.linspace(0.3, 0.9, frames))
+    qpos[:, 7:] += 0.1 * np.sin(np.linspace(0, 5, frames))[:, None]
+    qpos[:, 7:] = np.clip(qpos[:, 7:], robot.lower, robot.upper)
+    order = np.random.default_rng(0).permutation(len(robot.joint_names))
+    content = {
+        "qpos": np.concatenate((qpos[:, :7], qpos[:, 7 + order]), axis=1), "qvel": np.zeros((frames, robot.nq - 1)),
+        "joint_names": np.array(["root", *(robot.joint_names[i] for i in order)]), "frequency": 40.0,
+        "split_points": np.array([0, frames]),
+    } | changes  # fmt: skip
+    np.savez(path, **content)
+    return qpos
+
+
+def test_loco_mujocos_joints_go_by_name_whatever_their_order(tmp_path):
+    robot = load_robot("dancer")
+    qpos = trajectory(tmp_path / "t.npz", robot)
+    clip = read_clip(tmp_path / "t.npz")
+    assert clip.robot == "dancer" and clip.fps == 40.0
+    np.testing.assert_allclose(full_qpos(clip, robot), qpos, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"split_points": np.array([0, 10, 40])}, "2 trajectories"),
+        ({"qpos": np.zeros((40, 20))}, "a free root and one per joint"),
+        ({"joint_names": np.array(["root", *(f"j{i}" for i in range(28))])}, "one robot that is known"),
+        ({"frequency": np.zeros(3)}, "no frame rate"),
+    ],
+)
+def test_a_trajectory_that_does_not_fit_is_refused(tmp_path, changes, said):
+    trajectory(tmp_path / "t.npz", load_robot("dancer"), **changes)
+    with pytest.raises(ClipError, match=said):
+        read_clip(tmp_path / "t.npz")
