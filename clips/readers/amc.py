@@ -139,16 +139,23 @@ def _parse_bones(lines: list[str]) -> list[_Bone]:
         elif key == "name":
             bones[-1].name = words[0]
         elif key == "direction":
-            direction = np.array([float(w) for w in words[:3]])
+            direction = np.array([_number(w) for w in words[:3]])
         elif key == "length":
-            length = float(words[0])
+            length = _number(words[0])
         elif key == "axis":
-            bones[-1].axis, bones[-1].axis_order = tuple(float(w) for w in words[:3]), words[3].upper()
+            bones[-1].axis, bones[-1].axis_order = tuple(_number(w) for w in words[:3]), words[3].upper()
         elif key == "dof":
             bones[-1].dof = tuple(w.lower() for w in words)
         elif key == "end":
             bones[-1].vector = tuple(length * rot.unit(direction)) if length else (0.0, 0.0, 0.0)
     return bones
+
+
+def _number(word: str) -> float:
+    value = float(word)
+    if not abs(value) < 1e6:
+        raise ValueError(f"'{word}' among the numbers of a skeleton")
+    return value
 
 
 def _parse_motion(raw: RawFile, bones: list[_Bone]) -> tuple[dict[str, Float[ndarray, "T D"]], bool]:
@@ -175,6 +182,8 @@ def _parse_motion(raw: RawFile, bones: list[_Bone]) -> tuple[dict[str, Float[nda
             raise ValueError("frames differ in their bones")
         values = {name: table[:, c].astype(float) for name, c in columns.items()}
         numbers = table[:, 0].astype(int)
+        if not all((np.abs(v) < 1e6).all() for v in values.values()):
+            raise ValueError("numbers that are not finite, or absurd")
     except ValueError as e:
         raise ClipError(raw.name, found=str(e), expected="one number per degree of freedom") from e
     if (np.diff(numbers) != 1).any():

@@ -80,6 +80,8 @@ def _parse_hierarchy(text: str, where: str) -> list[_Joint]:
                 stack.pop()
             elif token == "OFFSET":
                 joints[-1].offset = tuple(float(next(tokens)) for _ in range(3))
+                if not all(abs(x) < 1e9 for x in joints[-1].offset):
+                    raise ValueError("an absurd OFFSET")
             elif token == "CHANNELS":
                 joints[-1].channels = [next(tokens) for _ in range(int(next(tokens)))]
     except (StopIteration, IndexError, ValueError) as e:
@@ -117,6 +119,10 @@ def _parse_motion(text: str, width: int, where: str) -> tuple[float, ndarray]:
             found=f"{values.size} values",
             expected=f"{frames} frames x {width} channels = {frames * width}",
             cure="the file is cut off or its header edited: export it again",
+        )
+    if not (np.abs(values) < 1e9).all():
+        raise ClipError(
+            f"{where}, MOTION", found="numbers that are not finite, or absurd", expected="lengths and degrees"
         )
     if not dt > 0.0:
         raise ClipError(

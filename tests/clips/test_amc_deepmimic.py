@@ -181,7 +181,7 @@ def test_deepmimics_columns_are_its_joints(tmp_path):
         (lambda r: r[:, :40], "44 columns"),
         (lambda r: np.where(np.arange(44) == 8, 0.3, r), "chest.*off unit length"),
         (lambda r: r * np.where(np.arange(44) == 0, np.linspace(1, 3, len(r))[:, None], 1.0), "one duration"),
-        (lambda r: np.where(np.arange(44) == 20, np.nan, r), "finite"),
+        (lambda r: np.where(np.arange(44) == 20, np.nan, r), "not finite"),
     ],
 )
 def test_a_deepmimic_file_that_is_not_one_is_refused(tmp_path, change, said):
