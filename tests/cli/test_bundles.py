@@ -11,6 +11,7 @@ import cli.evaluate
 import cli.export
 
 
+@pytest.mark.slow
 def test_an_exported_bundle_stands_alone_and_is_judged_as_before(tmp_path, capsys):
     pytest.importorskip("onnx")
     out = tmp_path / "bundle"
@@ -40,6 +41,7 @@ def test_a_golden_trace_that_is_not_repeated_stops_everything(tmp_path, capsys):
     assert "golden trace, action" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_engines_stand_side_by_side_and_an_unknown_one_is_refused(tmp_path, capsys):
     pytest.importorskip("sapien")
     file = tmp_path / "e.json"

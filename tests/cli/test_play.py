@@ -53,6 +53,7 @@ def test_a_film_of_another_kind_or_size_is_refused(groove_file, tmp_path, capsys
     assert "even numbers" in capsys.readouterr().err and not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_policy_and_its_reference_as_films(short, tmp_path):
     pytest.importorskip("imageio_ffmpeg")
     from cli import train

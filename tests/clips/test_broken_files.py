@@ -27,7 +27,7 @@ WORDS = [
     b":root",
     b"begin",
 ]
-PER_FILE = 150
+PER_FILE = 60
 
 
 @pytest.fixture(scope="module")

@@ -220,16 +220,17 @@ def test_what_could_move_a_robot_by_mistake_is_refused(words, said, capsys):
     assert said in capsys.readouterr().err
 
 
-def test_a_missing_file_is_an_error_before_any_wire_is_opened(tmp_path, folder_and_runner):
+@pytest.mark.parametrize("gone", ["contract.json", "policy.onnx", "reference.npz", "golden.npz"])
+def test_a_missing_file_is_an_error_before_any_wire_is_opened(gone, tmp_path, folder_and_runner, monkeypatch, capsys):
     import shutil
 
-    for gone in ("contract.json", "policy.onnx", "reference.npz", "golden.npz"):
-        folder = tmp_path / gone.replace(".", "-")
-        shutil.copytree(folder_and_runner[0], folder)
-        (folder / gone).unlink()
-        script = f"import sys, cli.deploy; sys.exit(cli.deploy.main([{str(folder)!r}]))"
-        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
-        assert done.returncode == 2 and gone in done.stderr and "Traceback" not in done.stderr, gone
+    import tracking.deploy.wire
+
+    monkeypatch.setattr(tracking.deploy.wire, "_interface", lambda name: pytest.fail("a wire was opened"))
+    shutil.copytree(folder_and_runner[0], tmp_path / "b")
+    (tmp_path / "b" / gone).unlink()
+    assert cli.deploy.main([str(tmp_path / "b")]) == 2
+    assert gone in capsys.readouterr().err
 
 
 def test_a_network_interface_that_is_not_there_is_refused_with_those_that_are(capsys):

@@ -67,6 +67,7 @@ def told(run):
     return [(r["steps"], r["survived_s"], r["body_error_mm"]) for r in run.curves]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="no kill -9")
 def test_kill_minus_nine_loses_at_most_one_interval_and_the_curve_goes_on(groove_file, tmp_path):
     child = begin(groove_file, tmp_path / "killed", rows=3)

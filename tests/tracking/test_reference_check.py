@@ -31,6 +31,7 @@ def test_a_good_reference_passes_and_its_prior_stands(reference):
     assert 0.5 < found.survived_s < reference.duration_s
 
 
+@pytest.mark.slow
 def test_missed_gates_and_joints_beyond_their_range_do_not_pass(reference):
     robot = load_robot("dancer")
     assert check_reference(spoilt(reference), robot).failed_gates == ("joint range",)
@@ -40,6 +41,7 @@ def test_missed_gates_and_joints_beyond_their_range_do_not_pass(reference):
     assert found.beyond_limits == pytest.approx(1 / reference.frames) and not found.passed
 
 
+@pytest.mark.slow
 def test_training_on_missed_gates_needs_a_word(reference, tmp_path, capsys):
     save_reference(spoilt(reference), tmp_path / "bad.npz")
     assert command.main(["--ref", str(tmp_path / "bad.npz"), "-o", str(tmp_path / "run")]) == 2

@@ -52,6 +52,7 @@ def test_a_resumed_run_continues_identically(reference, tmp_path):
         assert a.losses == b.losses and a.terms == b.terms
 
 
+@pytest.mark.slow
 def test_same_seed_same_curve_other_seed_another(reference, tmp_path):
     robot = load_robot("dancer")
     runs = [
@@ -153,6 +154,7 @@ def test_a_diverged_run_keeps_its_last_good_checkpoint(reference, tmp_path, monk
     assert all(torch.isfinite(v).all() for v in kept.values())
 
 
+@pytest.mark.slow
 def test_a_finished_run_resumed_does_not_train_on(reference, tmp_path):
     robot = load_robot("dancer")
     first = train(robot, reference, "abc", tmp_path / "r", CONFIG)
