@@ -128,6 +128,7 @@ def _sweep(args: Arguments, engines: tuple[str, ...], console: Console) -> int:
     with progress("cells") as tell:
         cells = sweep(
             args.bundle, engines, rollouts=args.rollouts, seed=args.seed, jobs=args.jobs or available_threads(),
+            reference=args.ref, robot=args.robot,
             progress=lambda done, total: tell("sweep", done, total),
         )  # fmt: skip
     table = Table(box=None, pad_edge=False, header_style="bold", title="finished %, survived s, body error mm")

@@ -61,7 +61,7 @@ def load_bundle(
     path = reference or folder / REFERENCE
     contract = read_contract(folder / CONTRACT)
     model = load_robot(robot or contract.robot)
-    check_contract(contract, model, hashlib.sha256(path.read_bytes()).hexdigest())
+    check_contract(contract, model, _sha256(path))
     motion = load_reference(path, model)
     policy = onnx_policy(folder / POLICY, contract.observation_size, len(contract.joint_names))
     runner = Runner(contract, policy, motion_of(motion, contract))
@@ -77,12 +77,22 @@ def read_runner(folder: Path) -> tuple[Path, Runner]:
     folder = _found(folder)
     contract = read_contract(folder / CONTRACT)
     file = folder / REFERENCE
-    if not file.exists() or hashlib.sha256(file.read_bytes()).hexdigest() != contract.reference_sha256:
-        raise TrackingError(
-            str(file), found="no reference, or another", expected="the one whose hash the contract states"
-        )
+    if _sha256(file) != contract.reference_sha256:
+        raise TrackingError(str(file), found="another reference", expected="the one whose hash the contract states")
     policy = onnx_policy(folder / POLICY, contract.observation_size, len(contract.joint_names))
     return folder, Runner(contract, policy, motion_of(load_reference(file), contract))
+
+
+def _sha256(reference: Path) -> str:
+    try:
+        return hashlib.sha256(reference.read_bytes()).hexdigest()
+    except OSError as e:
+        raise TrackingError(
+            str(reference),
+            found=f"no reference ({e.strerror})",
+            expected="the one that the policy performs",
+            option="ref",
+        ) from e
 
 
 def _unitree(path: Path) -> Path | None:

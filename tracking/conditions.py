@@ -85,6 +85,8 @@ def sweep(
     rollouts: int = 100,
     seed: int = 1,
     jobs: int = 1,
+    reference: Path | None = None,
+    robot: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Cell]:
     """Evaluate a bundle under every condition in every engine.
@@ -96,13 +98,15 @@ def sweep(
         rollouts: of each.
         seed: of noise and robots, the same for all.
         jobs: processes, one rollout thread each.
+        reference: as for `load_bundle`.
+        robot: as for `load_bundle`.
         progress: told after every cell.
     """
     from joblib import Parallel, delayed
 
     # The slowest engine first, so that no process is left alone with it in the end.
     asked = [(c, e) for e in reversed(engines) for c in conditions]
-    work = (delayed(_cell)(bundle, c, e, rollouts, seed) for c, e in asked)
+    work = (delayed(_cell)(bundle, reference, robot, c, e, rollouts, seed) for c, e in asked)
     done: Iterator[Cell] = Parallel(n_jobs=jobs, return_as="generator_unordered")(work)
     cells = []
     for cell in done:
@@ -113,8 +117,10 @@ def sweep(
     return sorted(cells, key=lambda cell: order[cell.condition, cell.engine])
 
 
-def _cell(path: Path, condition: str, engine: str, rollouts: int, seed: int) -> Cell:
-    bundle = load_bundle(path)
+def _cell(
+    path: Path, reference: Path | None, robot: str | None, condition: str, engine: str, rollouts: int, seed: int
+) -> Cell:
+    bundle = load_bundle(path, reference=reference, robot=robot)
     result = evaluate(
         bundle.runner, bundle.robot, bundle.reference, under(condition, bundle.config), rollouts=rollouts, seed=seed,
         threads=1, engine=ENGINES[engine],

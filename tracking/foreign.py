@@ -65,7 +65,11 @@ def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) ->
         )  # fmt: skip
     names, histories = _words(told, "observation_names", path), told.get("observation_history_lengths", "")
     joints = tuple(_words(told, "joint_names", path))
-    lengths = [int(float(h)) for h in histories.split(",")] if histories else [1] * len(names)
+    lengths = _numbers(told, "observation_history_lengths", path).astype(int) if histories else np.ones(len(names), int)
+    if len(lengths) != len(names) or (lengths < 1).any():
+        raise TrackingError(
+            f"{path}, observation_history_lengths", found=histories, expected=f"{len(names)} numbers from 1 on"
+        )
     terms = {name: {"history_length": h} for name, h in zip(names, lengths, strict=True)}
     rows = _rows(terms, len(joints), str(path))
     anchor = told.get("anchor_body_name") or robot.profile.anchor

@@ -41,6 +41,17 @@ def test_a_golden_trace_that_is_not_repeated_stops_everything(tmp_path, capsys):
     assert "golden trace, action" in capsys.readouterr().err
 
 
+def test_a_bundle_without_its_reference_is_refused(tmp_path, capsys):
+    import shutil
+
+    from tracking.bundle import SHIPPED
+
+    shutil.copytree(SHIPPED / "groove-dancer", tmp_path / "b")
+    (tmp_path / "b" / "reference.npz").unlink()
+    assert cli.evaluate.main([str(tmp_path / "b")]) == 2
+    assert "no reference" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_engines_stand_side_by_side_and_an_unknown_one_is_refused(tmp_path, capsys):
     pytest.importorskip("sapien")

@@ -187,6 +187,29 @@ def test_a_loop_that_hangs_is_damped_by_the_watchdog(runner):
     assert not wire.sent[-1].kp.any()
 
 
+class Breaking(Simulated):
+    """A wire that breaks in the middle."""
+
+    def read(self):
+        if len(self.sent) == 5:
+            raise TrackingError("LowState, mode_machine", found="6", expected="5")
+        return super().read()
+
+
+def test_a_controller_that_breaks_leaves_damping_on_the_wire(runner):
+    wire = Breaking(load_robot("g1"))
+    with pytest.raises(TrackingError, match="mode_machine"):
+        perform(Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.04)), wire, send=True)
+    assert wire.sent[4].kp.any() and not wire.sent[-1].kp.any()
+
+
+def test_a_new_stage_does_not_reset_what_has_tripped(runner):
+    controller = Controller(runner, Guard(runner.contract))
+    controller.stop("stopped by a person")
+    controller._enter(Stage.DANCE, resting(runner.contract))
+    assert controller.guard.tripped == "stopped by a person"
+
+
 def test_a_dry_run_sends_nothing(runner):
     wire = Simulated(load_robot("g1"))
     controller = Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.1, rise_s=0.1, stand_s=0.1))

@@ -223,6 +223,7 @@ def test_histories_stand_oldest_first(tmp_path, g1, reference, rng):
         ({"joint_names": None}, "BeyondMimic's metadata"),
         ({"observation_names": "command,joint_pos,wind"}, "wind"),
         ({"observation_names": ",".join(WITHOUT)}, "do not run it"),
+        ({"observation_history_lengths": "1,2"}, "8 numbers from 1 on"),
         ({"joint_stiffness": "1,2,3"}, "one per joint"),
         ({"joint_damping": "a,b"}, "joint_damping"),
         ({"anchor_body_name": "head_link"}, "head_link"),

@@ -37,7 +37,7 @@ class Command:
 
 @dataclass(frozen=True, kw_only=True)
 class GuardConfig:
-    """Limits. Over 100 noisy rollouts of the shipped policies: jump 1.2, torque 1.8, speed 0.7 of their units."""
+    """Limits. Over 30 noisy rollouts of each shipped policy: jump 1.2, torque 1.8, speed 0.7 of their units."""
 
     tilt: float = 1.0  # of the IMU's z off the vertical [rad]
     speed: float = 1.0  # of the motors' own limit
@@ -59,6 +59,10 @@ class Guard:
     def reset(self) -> None:
         """A person has looked and says: go on."""
         self.tripped, self._target = "", None
+
+    def forget_target(self) -> None:
+        """The next target may be anywhere: other servos are about to take over. What has tripped stays tripped."""
+        self._target = None
 
     def trip(self, reason: str) -> None:
         """Latch; the first reason stays."""

@@ -90,6 +90,12 @@ def perform(
                 over_at = min(over_at, alive[0])
             due += dt
             time.sleep(max(0.0, due - time.monotonic()))
+    except BaseException as e:
+        # The SDK would repeat the last command for as long as the process lives.
+        controller.stop(f"the controller broke: {e}")
+        if send:
+            wire.write(controller.tick(first, 0.0, 0.0))
+        raise
     finally:
         watch.set()
     done.dances, done.tripped = controller.dances, controller.guard.tripped

@@ -88,7 +88,7 @@ class Controller:
     def _enter(self, stage: Stage, state: State) -> None:
         self.stage, self._ticks, self._from = stage, 0, state.joint_pos.copy()
         # Stiff and soft servos reach the same torque by different targets: their jump is no sign of anything wrong.
-        self.guard.reset()
+        self.guard.forget_target()
 
     def _standing(self, share: float) -> Command:
         c = self.runner.contract
