@@ -99,7 +99,7 @@ def _raw(task: TrackingTask) -> Callable[[], None]:
     for _ in range(STEPS):
         states.append(physics.state.copy())
         ours()
-        controls.append(physics.controls.copy())
+        controls.append(np.repeat(physics.targets[:, :1], physics.substeps, axis=1))
     pool = rollout.Rollout(nthread=threads)
     data = [mujoco.MjData(physics.models[0]) for _ in range(threads)]
     out = np.zeros((task.envs, physics.substeps, physics.state.shape[1]))
