@@ -20,7 +20,7 @@ import mink
 import numpy as np
 from numpy import ndarray
 
-from clips import ReadOptions, RobotClip, cut, make_reference, read_clip, resample, without_false_start
+from clips import ReadOptions, RobotClip, cut, make_reference, read_clip, repaired, resample
 from clips.place import recentred
 from retarget import RetargetConfig, measure, retarget
 from retarget.contacts import find_contacts
@@ -52,7 +52,7 @@ def main() -> None:
 def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, recordings: Path | None) -> None:
     config = replace(RetargetConfig(), lead_in_s=0.0, lead_out_s=0.0)
     clip = cut(read_clip(path, ReadOptions(fps=fps)), 0.0, seconds)
-    recorded = recentred(resample(without_false_start(clip), config.fps))
+    recorded = recentred(resample(repaired(clip), config.fps))
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
     contacts = find_contacts(source, config.contact)
     none = replace(contacts, touching=np.zeros_like(contacts.touching), pivoting=np.zeros_like(contacts.pivoting))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from rich.console import Console
 
 from cli.terminal import DONE, ClipPath, FileOptions, command, flag
-from clips import Clip, ClipError, HumanClip, read_clip
+from clips import Clip, ClipError, HumanClip, read_clip, repaired
 from clips.clip import OPTIONAL, REQUIRED
 
 _ANY_RATE = 1.0  # stands in while a file without a rate is described; no number that depends on it is printed
@@ -36,6 +36,7 @@ def run(args: Arguments) -> int:
     """Read and describe."""
     console = Console(highlight=False, soft_wrap=True)
     clip, no_rate = _read(args)
+    clip, trouble = (clip, "") if no_rate else _mended(clip, args.file.strict)
 
     def tell(what: str, value: str, why: str, option: str = "") -> None:
         override = f"   [{flag(option)}]" if option else ""
@@ -61,7 +62,19 @@ def run(args: Arguments) -> int:
         tell("joints", f"{len(clip.joint_names)} of {clip.robot}", ", ".join(clip.joint_names))
     for note in clip.source.conversions:
         tell("converted", note, "")
+    for repair in clip.source.repairs:
+        tell("repaired", str(repair), "--strict refuses it")
+    if trouble:
+        tell("cannot be used", trouble, "")
     return DONE
+
+
+def _mended(clip: Clip, strict: bool) -> tuple[Clip, str]:
+    """The clip as retargeting would take it, and why it would not."""
+    try:
+        return repaired(clip, strict=strict), ""
+    except ClipError as e:
+        return clip, str(e)
 
 
 def _read(args: Arguments) -> tuple[Clip, bool]:

@@ -10,7 +10,7 @@ from typing import Literal
 from rich.console import Console
 
 from cli.terminal import BELOW_GATE, DONE, ClipPath, FileOptions, Out, command, print_report, progress
-from clips import Clip, OutputError, RobotClip, at_speed, cut, mirrored, read_clip, save_reference
+from clips import Clip, OutputError, RobotClip, at_speed, cut, mirrored, read_clip, repaired, save_reference
 from retarget import (
     RetargetConfig,
     Retargeted,
@@ -96,13 +96,15 @@ def run(args: Arguments) -> int:
         raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")
     _check(args)
     robot = load_robot(args.robot)
-    clip = _edited(cut(read_clip(args.clip, args.file.reading()), args.start, args.end), args)
+    clip = _read(args.clip, args, args.start, args.end)
     contacts = read_contacts(args.contacts) if args.contacts else ()
     keys = read_keys(args.keys) if args.keys else ()
     console.print(f"[bold]{args.clip.name}[/]: {clip.source.dialect}, {clip.frames} frames at {clip.fps:.6g} fps")
     for finding in clip.source.findings:
         console.print(f"  {finding}", markup=False)
-    more = [_edited(read_clip(path, args.file.reading()), args) for path in args.then]
+    for repair in clip.source.repairs:
+        console.print(f"  repaired: {repair}", markup=False)
+    more = [_read(path, args) for path in args.then]
     dances = [clip, *more] * args.loop
     seams: list[Seam] = []
     config = replace(
@@ -150,7 +152,8 @@ def _check(args: Arguments) -> None:
         )  # fmt: skip
 
 
-def _edited(clip: Clip, args: Arguments) -> Clip:
+def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Clip:
+    clip = repaired(cut(read_clip(path, args.file.reading()), start, end), strict=args.file.strict)
     clip = at_speed(clip, args.speed)
     if not args.mirror:
         return clip

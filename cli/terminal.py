@@ -48,6 +48,8 @@ class FileOptions:
     """The robot that a joint-space file was made for."""
     skeleton: str | None = None
     """The ASF that an AMC was recorded on, where it does not lie beside it."""
+    strict: bool = False
+    """Refuse a clip that needs any repair."""
 
     def reading(self) -> ReadOptions:
         """The same for the readers."""

@@ -8,12 +8,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips.clip import MIN_FRAMES, Clip, HumanClip
+from clips.clip import Clip, HumanClip
 from clips.errors import ClipError
-from clips.resample import cut, sampled
-
-_FASTEST = 12.0  # of a person's hips [m/s]; a sprinter's
-_START_S = 0.5
+from clips.resample import sampled
 
 
 def at_speed(clip: Clip, factor: float) -> Clip:
@@ -42,21 +39,6 @@ def warped(clip: Clip, pace: Float[ndarray, "T"]) -> Clip:
     slowest = int(pace.argmin())
     note = f"paced: {len(pace)} -> {len(times)} frames, {pace.min():.2f} of its speed at {slowest / clip.fps:.2f} s"
     return sampled(clip, times, clip.fps, note)
-
-
-def without_false_start(clip: Clip) -> Clip:
-    """Without the frames before a jump that no body makes, within the first half second.
-
-    Files often begin with a T-pose at the origin and go on elsewhere.
-    """
-    hips = 0.5 * (clip.point("left_hip") + clip.point("right_hip")) if isinstance(clip, HumanClip) else clip.root_pos
-    early = hips[: max(2, round(_START_S * clip.fps)) + 1]
-    jumps = np.flatnonzero(np.linalg.norm(np.diff(early, axis=0), axis=1) * clip.fps > _FASTEST)
-    if not len(jumps) or clip.frames - jumps[-1] - 1 < MIN_FRAMES:
-        return clip
-    first = int(jumps[-1]) + 1
-    kept = cut(clip, first / clip.fps, None)
-    return replace(kept, source=kept.source.noting(f"the first {first} frames left out: the hips jump after them"))
 
 
 def mirrored(clip: HumanClip) -> HumanClip:

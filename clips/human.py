@@ -10,9 +10,9 @@ from numpy import ndarray
 
 from clips.clip import REQUIRED, HumanClip
 from clips.errors import ClipError
-from clips.runs import runs_of
+from clips.gaps import without_gaps
 from clips.skeleton import find_landmarks, find_unit, leg_lengths, stature
-from clips.source import Finding, RawFile, ReadOptions
+from clips.source import Finding, RawFile, ReadOptions, Repair
 from robot_models import rotation as rot
 
 # Rotations (determinant +1, so nothing is mirrored) that bring a file's up axis to z.
@@ -24,7 +24,6 @@ _Z_FROM_UP = {
     "x": [[0, 0, -1], [0, 1, 0], [1, 0, 0]],
     "-x": [[0, 0, 1], [0, 1, 0], [-1, 0, 0]],
 }
-_MAX_GAP_S = 0.1
 
 
 def human_clip(
@@ -38,6 +37,7 @@ def human_clip(
     parents: Sequence[int],
     options: ReadOptions,
     findings: Sequence[Finding] = (),
+    repairs: Sequence[Repair] = (),
     landmarks: Mapping[str, str] | None = None,
 ) -> HumanClip:
     """Bring points to metres in a right-handed, z-up world and check that they are a person.
@@ -52,6 +52,7 @@ def human_clip(
         parents: index of each point's parent, -1 for roots.
         options: what the user states.
         findings: what the reader decided before.
+        repairs: what the reader mended before.
         landmarks: landmark -> point name where the dialect knows it; by default found by name.
 
     Raises:
@@ -66,7 +67,11 @@ def human_clip(
             expected="hips, knees, ankles, shoulders, elbows and wrists of both sides",
             cure="name the points left_hip, left_knee, ...",
         )
-    positions, filled = _fill_gaps(positions, names, fps, raw.name)
+    whole = without_gaps(positions, names, list(known.values()), fps, raw.name)
+    positions, kept = whole.positions, list(whole.points)
+    names, parents = [names[k] for k in kept], [kept.index(p) if p in kept else -1 for p in (parents[k] for k in kept)]
+    if orientations is not None:
+        orientations = orientations[whole.frames][:, kept]
     up, up_finding = _find_up(positions, names, known, options, raw.name)
     turn = rot.from_matrix(np.array(_Z_FROM_UP[up], dtype=float))
     scale, unit_finding = find_unit(leg_lengths(positions, names, known), options, raw.name)
@@ -77,7 +82,6 @@ def human_clip(
     facing = _check_handedness(points, names, known, raw.name)
     done = [f"unit -> m (x {scale:.6g})"] if scale != 1.0 else []
     done += [f"up {up} -> z"] if up != "z" else []
-    done += [f"{filled} lost samples filled by interpolation (gaps of at most {_MAX_GAP_S} s)"] if filled else []
     return HumanClip(
         fps=fps,
         names=tuple(names),
@@ -86,7 +90,7 @@ def human_clip(
         parents=tuple(parents),
         landmarks=known,
         height=options.stature or stature(leg_lengths(points, names, known)),
-        source=raw.source(dialect, [*findings, up_finding, unit_finding, facing], done),
+        source=raw.source(dialect, [*findings, up_finding, unit_finding, facing], done, [*repairs, *whole.repairs]),
     )
 
 
@@ -141,26 +145,3 @@ def _check_handedness(points: ndarray, names: Sequence[str], known: Mapping[str,
         )
     why = f"knees and toes lie {1000 * ahead:.0f} mm ahead of the hips' front (left x up)"
     return Finding(what="handedness", value="right-handed", why=why, confidence="measured")
-
-
-def _fill_gaps(positions: ndarray, names: Sequence[str], fps: float, where: str) -> tuple[ndarray, int]:
-    """Interpolate lost samples over short gaps; a long gap or a lost end is refused."""
-    lost = ~np.isfinite(positions).all(axis=-1)
-    if not lost.any():
-        return positions, 0
-    filled = positions.copy()
-    frames = np.arange(len(positions))
-    for k in np.flatnonzero(lost.any(axis=0)):
-        runs = runs_of(lost[:, k])
-        bad = [r for r in runs if r[1] - r[0] > _MAX_GAP_S * fps + 1e-9 or r[0] == 0 or r[1] == len(positions)]
-        if bad:
-            raise ClipError(
-                f"{where}, point '{names[k]}'",
-                found=f"no data from {bad[0][0] / fps:.2f} s to {bad[0][1] / fps:.2f} s",
-                expected=f"gaps of at most {_MAX_GAP_S} s inside the clip",
-                cure="fill it in the capture software, or cut the clip",
-            )
-        seen = ~lost[:, k]
-        for axis in range(3):
-            filled[lost[:, k], k, axis] = np.interp(frames[lost[:, k]], frames[seen], positions[seen, k, axis])
-    return filled, int(lost.sum())

@@ -15,7 +15,7 @@ from numpy import ndarray
 
 from clips.clip import RobotClip
 from clips.errors import ClipError
-from clips.source import Finding, RawFile, ReadOptions
+from clips.source import Finding, RawFile, ReadOptions, Repair
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names, sole_corners
 from robot_models import rotation as rot
 
@@ -77,6 +77,7 @@ def robot_clip(
     options: ReadOptions,
     findings: Sequence[Finding] = (),
     conversions: Sequence[str] = (),
+    repairs: Sequence[Repair] = (),
 ) -> RobotClip:
     """Check joint-space numbers against the robot they claim to move.
 
@@ -94,6 +95,7 @@ def robot_clip(
         options: what the user states.
         findings: what the reader decided before.
         conversions: what the reader did to the numbers before.
+        repairs: what the reader mended before.
 
     Raises:
         ClipError: zero quaternions, undecidable order, degrees as radians, or joints far outside their limits.
@@ -101,6 +103,8 @@ def robot_clip(
     model = load_robot(robot)
     order = [model.joint(n) for n in joint_names]
     joint_pos, unwrapped = _unwrapped(model, order, joint_pos)
+    flips = int((np.sum(root_quat[1:] * root_quat[:-1], axis=1) < 0.0).sum())
+    signs = [Repair(what="quaternion signs made continuous", count=flips)] if flips else []
     finding = _quat_order(raw, model, order, root_pos, root_quat, quat_order, joint_pos, options)
     quat = _unit_wxyz(raw, root_quat, finding.value)
     limits = _check_limits(raw, model, order, joint_pos)
@@ -119,7 +123,7 @@ def robot_clip(
         root_pos=root_pos,
         root_quat=quat,
         joint_pos=joint_pos,
-        source=raw.source(dialect, notes, [*conversions, *unwrapped]),
+        source=raw.source(dialect, notes, conversions, [*repairs, *unwrapped, *signs]),
     )
 
 
@@ -199,16 +203,18 @@ def _check_height(
         )
 
 
-def _unwrapped(model: RobotModel, order: list[int], joint_pos: ndarray) -> tuple[ndarray, list[str]]:
+def _unwrapped(model: RobotModel, order: list[int], joint_pos: ndarray) -> tuple[ndarray, list[Repair]]:
     """Joint angles without jumps of a full turn, each joint brought to the turn nearest to its range."""
     smooth = np.unwrap(joint_pos, axis=0)
     middle = 0.5 * (model.lower[order] + model.upper[order])
     turns = 2.0 * np.pi * np.round((np.median(smooth, axis=0) - middle) / (2.0 * np.pi))
     # Degrees look like many turns: leave them to the limit check, which names them.
     out = np.where(np.abs(joint_pos).max(axis=0) < 4.0 * np.pi, smooth - turns, joint_pos)
-    changed = np.flatnonzero(np.abs(out - joint_pos).max(axis=0) > 1e-9)
-    names = ", ".join(model.joint_names[order[k]] for k in changed)
-    return out, [f"full turns taken out of {names}"] if len(changed) else []
+    changed = np.abs(out - joint_pos) > 1e-9
+    if not changed.any():
+        return out, []
+    names = ", ".join(model.joint_names[order[k]] for k in np.flatnonzero(changed.any(axis=0)))
+    return out, [Repair(what=f"full turns taken out of {names}", count=int(changed.sum()), of="samples")]
 
 
 def _unit_wxyz(raw: RawFile, quat: ndarray, order: str) -> ndarray:

@@ -28,6 +28,19 @@ class Finding:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Repair:
+    """Damage that was mended: what was done, to how many frames or samples, and where."""
+
+    what: str
+    count: int
+    where: str = ""
+    of: Literal["frames", "samples"] = "frames"
+
+    def __str__(self) -> str:
+        return f"{self.what}: {self.count} {self.of}" + (f", {self.where}" if self.where else "")
+
+
+@dataclass(frozen=True, kw_only=True)
 class ClipSource:
     """Provenance of a clip. It travels into the reference file, so it holds nothing that changes between runs."""
 
@@ -36,10 +49,15 @@ class ClipSource:
     dialect: str
     findings: tuple[Finding, ...] = ()
     conversions: tuple[str, ...] = ()  # everything done to the numbers since, in order
+    repairs: tuple[Repair, ...] = ()  # damage among the numbers, mended
 
     def noting(self, *conversions: str) -> ClipSource:
         """The same source with more conversions on record."""
         return replace(self, conversions=(*self.conversions, *conversions))
+
+    def mended(self, *repairs: Repair) -> ClipSource:
+        """The same source with more repairs on record."""
+        return replace(self, repairs=(*self.repairs, *repairs))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +140,13 @@ class RawFile:
                 continue
         raise ClipError(self.name, found="bytes that are no text", expected="a text file")
 
-    def source(self, dialect: str, findings: Iterable[Finding], conversions: Iterable[str] = ()) -> ClipSource:
+    def source(
+        self,
+        dialect: str,
+        findings: Iterable[Finding],
+        conversions: Iterable[str] = (),
+        repairs: Iterable[Repair] = (),
+    ) -> ClipSource:
         """Provenance of a clip read from this file."""
         return ClipSource(
             file=self.name,
@@ -130,6 +154,7 @@ class RawFile:
             dialect=dialect,
             findings=tuple(findings),
             conversions=tuple(conversions),
+            repairs=tuple(repairs),
         )
 
     def no_fps(self) -> ClipError:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy import ndarray
 
 from clips.errors import ClipError
-from clips.source import RawFile
+from clips.source import RawFile, Repair
 
 _RATE = re.compile(r"^#\s*(?:fps|frame[_ ]?rate)\s*[:=]\s*([0-9.eE+-]+)\s*$", re.IGNORECASE)
 _TIME = {"time", "t", "time_s", "timestamp", "time(s)", "times", "sec", "seconds"}
@@ -29,7 +29,8 @@ class Table:
     values: ndarray  # (T, C), NaN where a cell is empty; the time column is taken out
     fps: float | None
     fps_why: str
-    notes: tuple[str, ...]  # repairs made while reading
+    notes: tuple[str, ...]  # how the text is laid out, where that is out of the ordinary
+    repairs: tuple[Repair, ...] = ()
 
     def column(self, name: str) -> ndarray:
         """One column by name."""
@@ -157,7 +158,7 @@ def _with_rate(table: Table, rates: list[str], named_points: bool) -> Table:
         table = replace(
             table,
             values=table.values[keep],
-            notes=(*table.notes, f"{int((~keep).sum())} rows with a repeated time dropped"),
+            repairs=(*table.repairs, Repair(what="rows of a repeated time left out", count=int((~keep).sum()))),
         )
         time = time[keep]
     if len(time) < 2:
@@ -184,5 +185,6 @@ def _with_rate(table: Table, rates: list[str], named_points: bool) -> Table:
             )  # fmt: skip
         even = np.linspace(time[0], time[-1], len(time))
         values = np.stack([np.interp(even, time, v) for v in table.values.T], axis=1)
-        table = replace(table, values=values, notes=(*table.notes, "uneven time stamps brought to an even grid"))
+        repair = Repair(what="uneven time stamps brought to an even grid", count=len(even))
+        table = replace(table, values=values, repairs=(*table.repairs, repair))
     return replace(table, fps=float(1.0 / dt), fps_why=f"time column, {len(time)} rows over {time[-1] - time[0]:.4g} s")

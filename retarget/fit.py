@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from clips import Clip, resample, warped, without_false_start
+from clips import Clip, repaired, resample, warped
 from clips.place import recentred
 from retarget.config import RetargetConfig
 from retarget.errors import RetargetError
@@ -48,7 +48,7 @@ def fitted(
         RetargetError: Pinocchio is not installed; DanceError as for `retarget`.
     """
     config, fit = config or RetargetConfig(), fit or FitConfig()
-    recorded = recentred(resample(without_false_start(clip), config.fps))
+    recorded = recentred(resample(repaired(clip), config.fps))
     best: tuple[float, Retargeted] | None = None
     for _ in range(fit.rounds):
         result = retarget(recorded, robot, config, progress=progress)

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_reference, resample, without_false_start
+from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_reference, repaired, resample
 from clips.place import recentred
 from retarget.config import RetargetConfig
 from retarget.contacts import Contacts, find_contacts
@@ -109,7 +109,7 @@ def prepared(
     keys: Sequence[KeyFrame] = (),
 ) -> Prepared:
     """Resample, find the touches, lay the source out in the robot's proportions, and guess poses."""
-    recorded = recentred(resample(without_false_start(clip), config.fps))
+    recorded = recentred(resample(repaired(clip), config.fps))
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
     touches = edited(find_contacts(source, config.contact), contacts, config.fps)
     targets = thrown(make_targets(source, touches, robot, config), source)
@@ -192,6 +192,7 @@ def meta_of(sources: Sequence[HumanClip], config: RetargetConfig, report: Report
             "dialect": source.source.dialect,
             "findings": [asdict(f) for f in source.source.findings],
             "conversions": list(source.source.conversions),
+            "repairs": [asdict(r) for r in source.source.repairs],
         }
         for source in sources
     ]

@@ -53,9 +53,10 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
         orientations=None,
         parents=_parents(names),
         options=options,
+        repairs=data.repairs,
         findings=[
             rate,
-            *(Finding(what="repair", value=n, why="while reading", confidence="measured") for n in data.notes),
+            *(Finding(what="text layout", value=n, why="seen in its lines", confidence="measured") for n in data.notes),
         ],
     )
 

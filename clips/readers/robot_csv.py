@@ -50,7 +50,9 @@ def read(raw: RawFile, options: ReadOptions) -> RobotClip:
         )
     why = "given" if options.fps else data.fps_why
     findings = [Finding(what="fps", value=f"{fps:.6g}", why=why, confidence="stated", option="fps")]
-    findings += [Finding(what="repair", value=n, why="while reading", confidence="measured") for n in data.notes]
+    findings += [
+        Finding(what="text layout", value=n, why="seen in its lines", confidence="measured") for n in data.notes
+    ]
     if not data.columns:
         return _headless(raw, data, fps, options, findings)
     return _with_header(raw, data, fps, options, findings)
@@ -71,6 +73,7 @@ def _headless(raw: RawFile, data: Table, fps: float, options: ReadOptions, findi
         joint_pos=data.values[:, 7:],
         options=options,
         findings=[*findings, finding],
+        repairs=data.repairs,
     )
 
 
@@ -102,6 +105,7 @@ def _with_header(raw: RawFile, data: Table, fps: float, options: ReadOptions, fi
         joint_pos=_columns(data, [c for c, _ in columns]),
         options=options,
         findings=findings,
+        repairs=data.repairs,
     )
 
 
@@ -125,6 +129,7 @@ def _seed(
         joint_pos=np.radians(_columns(data, [c for c, _ in columns])),
         options=options,
         findings=findings,
+        repairs=data.repairs,
         conversions=["cm -> m", "degrees -> rad", "extrinsic xyz Euler -> quaternion"],
     )
 

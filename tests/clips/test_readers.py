@@ -131,7 +131,8 @@ def test_named_points_with_a_time_column_a_gap_and_shuffled_columns(tmp_path, rn
     (tmp_path / "p.csv").write_text("\n".join(",".join(row[i] for i in order) for row in table))
     plain, shuffled = read_clip(SAMPLES / "groove.csv"), read_clip(tmp_path / "p.csv")
     assert isinstance(shuffled, HumanClip) and shuffled.fps == pytest.approx(60.0)
-    assert any("3 lost samples" in c for c in shuffled.source.conversions)
+    (filled,) = shuffled.source.repairs
+    assert (filled.count, filled.of) == (3, "samples") and "lost samples" in filled.what
     np.testing.assert_array_equal(plain.point("left_wrist"), shuffled.point("left_wrist"))
 
 
@@ -440,7 +441,7 @@ def test_full_turns_are_taken_out_of_joint_angles_and_told(tmp_path, motion):
     wrapped[:, 12] -= 2 * np.pi
     clip = read_clip(write_rows(tmp_path / "m.csv", wrapped), ReadOptions(fps=30, quat_order="wxyz"))
     same(clip, motion)
-    assert any("full turns" in c for c in clip.source.conversions)
+    assert any("full turns" in r.what for r in clip.source.repairs)
 
 
 def test_centimetres_in_a_robots_root_are_refused(tmp_path, motion):
@@ -475,7 +476,7 @@ def test_times_in_milliseconds_or_with_a_hole_are_refused(tmp_path, change, matc
 def test_uneven_times_are_evened_for_points_and_refused_for_rotations(tmp_path, motion, rng):
     (tmp_path / "p.csv").write_text(edited_times(lambda t: t + 0.004 * rng.uniform(-1, 1, len(t))))
     clip = read_clip(tmp_path / "p.csv")
-    assert any("even grid" in f.value for f in clip.source.findings)
+    assert any("even grid" in r.what for r in clip.source.repairs)
     times = np.arange(90) / 30 + 0.01 * rng.uniform(0, 1, 90)
     header = (
         "time," + ",".join(f"c{i}" for i in range(7)) + "," + ",".join(f"dof_{j}" for j in load_robot("g1").joint_names)
@@ -485,14 +486,30 @@ def test_uneven_times_are_evened_for_points_and_refused_for_rotations(tmp_path, 
         read_clip(path)
 
 
-def test_a_lost_last_sample_is_refused(tmp_path):
+def test_lost_ends_are_cut_off_and_counted(tmp_path):
     lines = (SAMPLES / "groove.csv").read_text().splitlines()
     at = lines[1].split(",").index("left_wrist_x")
-    cells = lines[-1].split(",")
-    cells[at : at + 3] = ["", "", ""]
-    (tmp_path / "p.csv").write_text("\n".join([*lines[:-1], ",".join(cells)]))
-    with pytest.raises(ClipError, match="no data from"):
-        read_clip(tmp_path / "p.csv")
+    for row in (2, 3, -1):
+        cells = lines[row].split(",")
+        cells[at : at + 3] = ["", "", ""]
+        lines[row] = ",".join(cells)
+    (tmp_path / "p.csv").write_text("\n".join(lines))
+    clip, whole = read_clip(tmp_path / "p.csv"), read_clip(SAMPLES / "groove.csv")
+    assert clip.frames == whole.frames - 3
+    np.testing.assert_array_equal(clip.point("right_knee"), whole.point("right_knee")[2:-1])
+    assert clip.source.repairs[0].count == 3 and "at the ends" in clip.source.repairs[0].what
+
+
+def test_a_stray_point_with_long_gaps_is_left_out(tmp_path):
+    lines = (SAMPLES / "groove.csv").read_text().splitlines()
+    begin = next(i for i, line in enumerate(lines) if not line.startswith("#"))
+    for i in range(begin, len(lines)):
+        extra = "stray_x,stray_y,stray_z" if i == begin else "0.1,0.2,0.3" if i % 40 < 20 else ",,"
+        lines[i] += "," + extra
+    (tmp_path / "p.csv").write_text("\n".join(lines))
+    clip = read_clip(tmp_path / "p.csv")
+    assert "stray" not in clip.names
+    assert any("stray" in r.what for r in clip.source.repairs)
 
 
 BROKEN_NPZ = {

@@ -1,12 +1,10 @@
 """The user's own touches, key frames, tempo and side."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import ClipError, at_speed, cut, mirrored, read_clip, warped, without_false_start
+from clips import ClipError, at_speed, cut, mirrored, read_clip, warped
 from retarget import (
     FitConfig,
     KeyFrame,
@@ -120,15 +118,6 @@ def test_fitting_slows_a_hurried_dance_until_physics_allows_it(dancer):
     assert impossible[1] < 0.3 * impossible[0]
     assert slowed.reference.frames > plain.reference.frames
     assert any("paced" in c for c in slowed.source.source.conversions)
-
-
-def test_a_false_start_is_left_out_and_noted(clip):
-    away = clip.positions.copy()
-    away[0] += [3.0, 0.0, 0.0]
-    kept = without_false_start(dataclasses.replace(clip, positions=away))
-    assert kept.frames == clip.frames - 1 and "left out" in kept.source.conversions[-1]
-    np.testing.assert_array_equal(kept.positions, clip.positions[1:])
-    assert without_false_start(clip) is clip
 
 
 def test_key_frames_are_refused_where_they_would_be_ignored(clip, dancer):

@@ -1,0 +1,88 @@
+"""A floor that sinks, rises or leans, as cameras see it: fitted to where feet stand, and levelled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.clip import Clip, RobotClip
+from clips.source import Repair
+from robot_models import rotation as rot
+
+_SLOW = 0.2  # of a foot that stands [m/s]
+_LOW = 0.06  # above the lowest of its neighbourhood, within which a foot may stand [m]
+_NEAR_S = 1.0  # half width of that neighbourhood
+_NOISE = (0.01, 0.003)  # of a standing foot's height [m]: to find the feet that stand, then to weigh them
+_SEEN = 0.05  # change over the clip below which a floor is level [m]
+_BETTER = 0.6  # of the scatter of standing feet about a level floor, which a leaning one must undercut
+_ENOUGH = 10  # standing samples for every number fitted
+
+
+def on_level_floor(clip: Clip) -> Clip:
+    """The clip with its floor level, if standing feet show one that drifts in time or leans in space.
+
+    One plane a + b t + c x + d y is fitted to the heights of standing ankles and toes, each about its own height over the
+    sole, robustly (Cauchy loss), since feet also stand still in the air. Robots are left as they are.
+    """
+    if isinstance(clip, RobotClip):
+        return clip
+    points = [clip.point(k) for k in ("left_ankle", "right_ankle", "left_toe", "right_toe") if k in clip.landmarks]
+    rows, heights = _standing(np.stack(points, axis=1), clip.fps)
+    if len(rows) < _ENOUGH * rows.shape[1]:
+        return clip
+    plane = _fit(rows, heights)
+    hips = 0.5 * (clip.point("left_hip") + clip.point("right_hip"))
+    drift = _terms(np.arange(clip.frames) / clip.fps, hips) @ plane[-3:]
+    level = heights - _level(rows, heights)
+    leaning = heights - rows @ plane
+    if np.ptp(drift) < _SEEN or np.median(np.abs(leaning)) > _BETTER * np.median(np.abs(level)):
+        return clip
+    time = np.repeat(np.arange(clip.frames)[:, None] / clip.fps, len(clip.names), axis=1)
+    lift = _terms(time, clip.positions) @ plane[-3:]
+    positions = clip.positions - (lift - lift[0].mean())[..., None] * np.array([0.0, 0.0, 1.0])
+    what = f"floor levelled (it drifts by {100 * plane[-3]:.1f} cm/s and leans by {100 * np.hypot(*plane[-2:]):.1f} %)"
+    repair = Repair(what=what, count=clip.frames, where=f"{100 * np.ptp(drift):.0f} cm over the clip")
+    return replace(clip, positions=positions, source=clip.source.mended(repair))
+
+
+def _terms(time: Float[ndarray, "..."], at: Float[ndarray, "... 3"]) -> Float[ndarray, "... 3"]:
+    return np.stack((time, at[..., 0], at[..., 1]), axis=-1)
+
+
+def _standing(points: Float[ndarray, "T K 3"], fps: float) -> tuple[Float[ndarray, "n C"], Float[ndarray, "n"]]:
+    """Rows (one column per point, then time, x, y) and heights of the samples at which a point stands."""
+    from scipy.ndimage import minimum_filter1d
+
+    count = points.shape[1]
+    slow = np.linalg.norm(rot.linear_velocity(points, 1.0 / fps), axis=-1) < _SLOW
+    lowest = minimum_filter1d(points[..., 2], 2 * round(_NEAR_S * fps) + 1, axis=0, mode="nearest")
+    frame, point = np.nonzero(slow & (points[..., 2] < lowest + _LOW))
+    own = np.eye(count)[point]
+    rows = np.concatenate((own, _terms(frame / fps, points[frame, point])), axis=1)
+    return rows[:, [*np.flatnonzero(own.any(axis=0)), count, count + 1, count + 2]], points[frame, point, 2]
+
+
+def _fit(rows: Float[ndarray, "n C"], heights: Float[ndarray, "n"]) -> Float[ndarray, "C"]:
+    from scipy.optimize import least_squares
+
+    begin = np.append([np.median(heights[rows[:, k] > 0.5]) for k in range(rows.shape[1] - 3)], np.zeros(3))
+
+    def miss(plane: ndarray) -> ndarray:
+        return np.asarray(rows @ plane - heights)
+
+    def slope(plane: ndarray) -> ndarray:
+        return rows
+
+    plane = begin
+    for noise in _NOISE:
+        plane = least_squares(miss, plane, slope, loss="cauchy", f_scale=noise).x
+    return np.asarray(plane)
+
+
+def _level(rows: Float[ndarray, "n C"], heights: Float[ndarray, "n"]) -> Float[ndarray, "n"]:
+    """The same for a level floor: each point at its median height."""
+    own = rows[:, :-3] > 0.5
+    return np.asarray(rows[:, :-3] @ np.array([np.median(heights[k]) for k in own.T]))

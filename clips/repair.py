@@ -1,0 +1,223 @@
+"""Damage that captures have, mended, named and counted; `strict` refuses it instead.
+
+Nothing here changes a sound clip, and mending twice changes nothing more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray
+
+from clips.clip import MIN_FRAMES, Clip, HumanClip, RobotClip
+from clips.errors import ClipError
+from clips.floor import on_level_floor
+from clips.resample import cut, sample_quat
+from clips.runs import runs_of
+from clips.source import Repair
+from robot_models import load_robot
+from robot_models import rotation as rot
+
+_GAP_S = 0.1  # the longest stretch that is filled
+_FASTEST_HIPS = 12.0  # of a person or a robot [m/s]; a sprinter's
+_FASTEST_POINT = 25.0  # of anything on a body [m/s]; a pitcher's hand
+_START_S = 0.5  # in which a file may jump from its rest pose to its place
+_STALL = 0.3  # a motion this fast [m/s or rad/s] before and after frames that repeat does not stand still between
+_STILL = 0.3  # of any point of someone who stands still [m/s]
+_LEVEL_ARM, _STRAIGHT_ARMS = 0.35, 0.9  # of an upper arm's or forearm's rise; of the arms' common direction
+
+
+def repaired(clip: Clip, *, strict: bool = False) -> Clip:
+    """The clip without what no body does: false starts, calibration poses, repeated frames, spikes, a floor that drifts.
+
+    Args:
+        clip: as read and cut.
+        strict: refuse a clip that needs any repair, or needed one while it was read.
+
+    Raises:
+        ClipError: the hips are torn from one place to another in mid-clip; or strict, and something was mended.
+    """
+    for mend in _MENDS:
+        clip = mend(clip)
+    _refuse_a_tear(clip)
+    if strict and clip.source.repairs:
+        raise ClipError(
+            clip.source.file, found="; ".join(map(str, clip.source.repairs)), expected="a clip that needs no repair",
+            cure="mend it at its source, or do without the strict reading",
+        )  # fmt: skip
+    return clip
+
+
+def without_false_start(clip: Clip) -> Clip:
+    """Without the frames before a jump that no body makes, within the first half second.
+
+    Files often begin with a T-pose at the origin and go on elsewhere.
+    """
+    hips = _hips(clip)
+    early = hips[: max(2, round(_START_S * clip.fps)) + 1]
+    jumps = np.flatnonzero(np.linalg.norm(np.diff(early, axis=0), axis=1) * clip.fps > _FASTEST_HIPS)
+    if not len(jumps) or clip.frames - jumps[-1] - 1 < MIN_FRAMES:
+        return clip
+    return _from_frame(clip, int(jumps[-1]) + 1, "the hips jump after them")
+
+
+def without_calibration_pose(clip: Clip) -> Clip:
+    """Without a lead in which a person stands still with arms stretched out sideways."""
+    if isinstance(clip, RobotClip):
+        return clip
+    arms = []
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        chain = [clip.point(f"{side}_{p}") for p in ("shoulder", "elbow", "wrist")]
+        arms += [sign * rot.unit(b - a) for a, b in pairwise(chain)]
+    stretched = np.stack(arms)
+    level = (np.abs(stretched[..., 2]) < _LEVEL_ARM).all(axis=0)
+    straight = np.linalg.norm(stretched.mean(axis=0), axis=-1) > _STRAIGHT_ARMS
+    body = np.stack([clip.point(k) for k in clip.landmarks], axis=1)
+    step = np.linalg.norm(np.diff(body, axis=0, append=body[-1:]), axis=-1).max(axis=1)
+    still = step * clip.fps < _STILL
+    lead = int(np.argmin(np.append(level & straight & still, False)))
+    if lead < max(2.0, _GAP_S * clip.fps) or clip.frames - lead < MIN_FRAMES:
+        return clip
+    return _from_frame(clip, lead, "a T-pose held still")
+
+
+def without_repeats(clip: Clip) -> Clip:
+    """Short stretches that repeat a frame in the middle of a movement, led through instead."""
+    steps = np.concatenate([np.abs(np.diff(x.reshape(clip.frames, -1), axis=0)) for x in _numbers(clip)], axis=1)
+    step = np.append(steps.max(axis=1), 0.0)  # from this frame to the next
+    stalled = np.zeros(clip.frames, dtype=bool)
+    for a, b in runs_of(step == 0.0):
+        moving = 0 < a and b < clip.frames - 1 and min(step[a - 1], step[b]) * clip.fps > _STALL
+        if moving and b - a <= max(1.0, _GAP_S * clip.fps):
+            stalled[a + 1 : b + 1] = True
+    if not stalled.any():
+        return clip
+    repair = Repair(what="repeated frames led through", count=int(stalled.sum()), where=_at(stalled, clip.fps))
+    return _bridged(clip, stalled, repair)
+
+
+def without_spikes(clip: Clip) -> Clip:
+    """Values that leave faster than a body can and are back within a tenth of a second, led through instead."""
+    mended: dict[str, Any] = {}
+    found = []
+    for name, values, fastest in _tracks(clip):
+        out = values.copy()
+        for column in range(values.shape[1]):
+            for a, b in _spikes(out[:, column], fastest[column] / clip.fps, max(1, round(_GAP_S * clip.fps))):
+                share = (np.arange(a, b) - (a - 1.0)) / (b - a + 1.0)
+                out[a:b, column] = (1.0 - share)[:, None] * out[a - 1, column] + share[:, None] * out[b, column]
+                found.append((a, b - a))
+        mended[name] = out.reshape(getattr(clip, name).shape)
+    if not found:
+        return clip
+    where = f"first at {min(found)[0] / clip.fps:.2f} s"
+    repair = Repair(what="spikes led through", count=sum(n for _, n in found), where=where, of="samples")
+    return replace(clip, **mended, source=clip.source.mended(repair))
+
+
+_MENDS: tuple[Callable[[Clip], Clip], ...] = (
+    without_false_start,
+    without_calibration_pose,
+    without_repeats,
+    without_spikes,
+    on_level_floor,
+)
+
+
+def _spikes(x: Float[ndarray, "T d"], most: float, longest: int) -> list[tuple[int, int]]:
+    """Frame ranges that are entered and left by steps beyond `most`, between frames that agree."""
+    over = np.linalg.norm(np.diff(x, axis=0), axis=1) > most
+    spikes, after = [], 0
+    for step in np.flatnonzero(over):
+        a = int(step) + 1
+        if a < after:
+            continue
+        for b in range(a + 1, min(a + longest, len(x) - 1) + 1):
+            if over[b - 1] and np.linalg.norm(x[b] - x[a - 1]) <= most * (b - a + 1):
+                spikes.append((a, b))
+                after = b
+                break
+    return spikes
+
+
+def _tracks(clip: Clip) -> list[tuple[str, Float[ndarray, "T C d"], Float[ndarray, "C"]]]:
+    """What may spike: field of the clip, its values as columns, and the greatest speed of each column."""
+    if isinstance(clip, HumanClip):
+        return [("positions", clip.positions, np.full(len(clip.names), _FASTEST_POINT))]
+    robot = load_robot(clip.robot)
+    motors = robot.velocity[[robot.joint(n) for n in clip.joint_names]]
+    return [
+        ("root_pos", clip.root_pos[:, None], np.array([_FASTEST_HIPS])),
+        ("joint_pos", clip.joint_pos[..., None], motors),
+    ]
+
+
+def _bridged(clip: Clip, bad: Bool[ndarray, "T"], repair: Repair) -> Clip:
+    """The bad frames led through between the good ones beside them."""
+    good = np.flatnonzero(~bad)
+    times = np.interp(np.flatnonzero(bad), good, np.arange(len(good)))
+    low, part = np.minimum(times.astype(int), len(good) - 2), times % 1.0
+
+    def straight(x: ndarray) -> ndarray:
+        out, share = x.copy(), part.reshape(-1, *[1] * (x.ndim - 1))
+        out[bad] = (1.0 - share) * x[good][low] + share * x[good][low + 1]
+        return out
+
+    def turning(q: ndarray) -> ndarray:
+        out = q.copy()
+        out[bad] = sample_quat(q[good], times)
+        return rot.continuous(out)
+
+    source = clip.source.mended(repair)
+    if isinstance(clip, HumanClip):
+        positions = straight(clip.positions)
+        turned = None if clip.orientations is None else turning(clip.orientations)
+        return replace(clip, positions=positions, orientations=turned, source=source)
+    return replace(
+        clip,
+        root_pos=straight(clip.root_pos),
+        root_quat=turning(clip.root_quat),
+        joint_pos=straight(clip.joint_pos),
+        source=source,
+    )
+
+
+def _refuse_a_tear(clip: Clip) -> None:
+    """Joined clips: the hips are elsewhere from one frame to the next, and stay there."""
+    step = np.linalg.norm(np.diff(_hips(clip), axis=0), axis=1)
+    torn = np.flatnonzero(step * clip.fps > _FASTEST_HIPS)
+    if len(torn):
+        a = int(torn[0])
+        raise ClipError(
+            f"{clip.source.file}, frame {a + 1}",
+            found=f"hips that jump {step[a]:.2f} m between {a / clip.fps:.2f} s and {(a + 1) / clip.fps:.2f} s",
+            expected=f"one motion: at most {_FASTEST_HIPS:g} m/s",
+            cure="cut the clip there (its parts can be joined again, with steps between them); or is its frame rate wrong?",
+        )
+
+
+def _from_frame(clip: Clip, first: int, why: str) -> Clip:
+    kept = cut(clip, first / clip.fps, None)
+    repair = Repair(
+        what=f"frames left out at the start ({why})", count=first, where=f"the first {first / clip.fps:.2f} s"
+    )
+    return replace(kept, source=clip.source.mended(repair))
+
+
+def _hips(clip: Clip) -> Float[ndarray, "T 3"]:
+    if isinstance(clip, RobotClip):
+        return clip.root_pos
+    return np.asarray(0.5 * (clip.point("left_hip") + clip.point("right_hip")))
+
+
+def _numbers(clip: Clip) -> list[ndarray]:
+    return [clip.positions] if isinstance(clip, HumanClip) else [clip.root_pos, clip.root_quat, clip.joint_pos]
+
+
+def _at(frames: Bool[ndarray, "T"], fps: float) -> str:
+    return f"first at {np.argmax(frames) / fps:.2f} s"
