@@ -21,6 +21,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from clips import ReadOptions
+from clips.files import write_whole
+from clips.mapping import UnknownSkeleton
 from retarget import Report
 from robot_models import DanceError
 
@@ -48,6 +50,8 @@ class FileOptions:
     """The robot that a joint-space file was made for."""
     skeleton: str | None = None
     """The ASF that an AMC was recorded on, where it does not lie beside it."""
+    mapping: str | None = None
+    """A file that says which point is which part of the body, for skeletons that no custom tells apart."""
     strict: bool = False
     """Refuse a clip that needs any repair."""
 
@@ -61,6 +65,7 @@ class FileOptions:
             quat_order=self.quat_order,
             robot=self.source_robot,
             skeleton=self.skeleton,
+            mapping=self.mapping,
         )
 
 
@@ -80,12 +85,27 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
     )
     try:
         return body(options)
+    except UnknownSkeleton as e:
+        _offer_draft(e)
+        complain(e, name, words)
+        return REFUSED
     except DanceError as e:
         complain(e, name, words)
         return REFUSED
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         return 130
+
+
+def _offer_draft(error: UnknownSkeleton) -> None:
+    """Write the mapping to confirm into the current folder; one that is there already stays as it is."""
+    path = Path(error.suggestion)
+    if path.exists():
+        print(f"{path} is there already and was left as it is", file=sys.stderr)
+        return
+    with write_whole(path) as stream:
+        stream.write(error.draft.encode())
+    print(f"wrote {path}: check every line of it", file=sys.stderr)
 
 
 def complain(error: DanceError, name: str, words: list[str]) -> None:

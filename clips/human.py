@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from clips.anatomy import guess_landmarks
 from clips.clip import REQUIRED, HumanClip
 from clips.errors import ClipError
 from clips.gaps import without_gaps
+from clips.mapping import UnknownSkeleton, read_mapping
 from clips.skeleton import find_landmarks, find_unit, leg_lengths, stature
 from clips.source import Finding, RawFile, ReadOptions, Repair
 from robot_models import rotation as rot
@@ -58,15 +61,14 @@ def human_clip(
     Raises:
         ClipError: landmarks missing, long gaps, mirrored or impossible points.
     """
-    known = dict(landmarks or find_landmarks(names))
+    if options.mapping is not None:
+        known = read_mapping(Path(options.mapping), names)
+    else:
+        known = dict(landmarks or find_landmarks(names))
     missing = [k for k in REQUIRED if k not in known]
     if missing:
-        raise ClipError(
-            raw.name,
-            found=f"no point for {', '.join(missing)} among {', '.join(names)}",
-            expected="hips, knees, ankles, shoulders, elbows and wrists of both sides",
-            cure="name the points left_hip, left_knee, ...",
-        )
+        guess = guess_landmarks(names, parents, np.nan_to_num(positions)) | known
+        raise UnknownSkeleton(raw.name, names, missing, guess)
     whole = without_gaps(positions, names, list(known.values()), fps, raw.name)
     positions, kept = whole.positions, list(whole.points)
     names, parents = [names[k] for k in kept], [kept.index(p) if p in kept else -1 for p in (parents[k] for k in kept)]

@@ -71,6 +71,7 @@ class ReadOptions:
     quat_order: str | None = None  # "wxyz" or "xyzw"
     robot: str | None = None  # the robot that a joint-space file was made for
     skeleton: str | None = None  # path of the ASF that an AMC was recorded on
+    mapping: str | None = None  # path of a file that says which point is which part of the body
 
     def __post_init__(self) -> None:
         _one_of("fps", self.fps, self.fps is None or 0.0 < self.fps < 10_000.0, "a number above 0")
