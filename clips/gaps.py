@@ -71,7 +71,7 @@ def without_gaps(
                 )
     if stray.any():
         left = ", ".join(n for n, s in zip(names, stray, strict=True) if s)
-        repairs.append(Repair(what=f"points left out for their gaps ({left})", count=int(stray.sum()), of="samples"))
+        repairs.append(Repair(what=f"points left out for their gaps ({left})", count=int(stray.sum()), of="points"))
     points = np.flatnonzero(~stray)
     filled, lost = positions[first:last][:, points].copy(), lost[:, points]
     frames = np.arange(len(filled))

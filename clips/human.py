@@ -15,9 +15,10 @@ from clips.errors import ClipError
 from clips.gaps import without_gaps
 from clips.mapping import UnknownSkeleton, read_mapping
 from clips.skeleton import find_landmarks, find_unit, leg_lengths, stature
-from clips.source import Finding, RawFile, ReadOptions, Repair
+from clips.source import UNITS, Finding, RawFile, ReadOptions, Repair
 from robot_models import rotation as rot
 
+_SHORTEST, _TALLEST = 0.5, 2.6  # of a person [m]
 # Rotations (determinant +1, so nothing is mirrored) that bring a file's up axis to z.
 _Z_FROM_UP = {
     "z": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -41,6 +42,7 @@ def human_clip(
     options: ReadOptions,
     findings: Sequence[Finding] = (),
     repairs: Sequence[Repair] = (),
+    unit: Finding | None = None,
     landmarks: Mapping[str, str] | None = None,
 ) -> HumanClip:
     """Bring points to metres in a right-handed, z-up world and check that they are a person.
@@ -56,6 +58,7 @@ def human_clip(
         options: what the user states.
         findings: what the reader decided before.
         repairs: what the reader mended before.
+        unit: where the file states it and the reader has brought the positions to metres.
         landmarks: landmark -> point name where the dialect knows it; by default found by name.
 
     Raises:
@@ -76,11 +79,15 @@ def human_clip(
         orientations = orientations[whole.frames][:, kept]
     up, up_finding = _find_up(positions, names, known, options, raw.name)
     turn = rot.from_matrix(np.array(_Z_FROM_UP[up], dtype=float))
-    scale, unit_finding = find_unit(leg_lengths(positions, names, known), options, raw.name)
+    scale, unit_finding = (
+        find_unit(leg_lengths(positions, names, known), options, raw.name) if unit is None else (1.0, unit)
+    )
     points = scale * rot.rotate(np.broadcast_to(turn, (*positions.shape[:-1], 4)), positions)
     turns = None
     if orientations is not None:
         turns = rot.continuous(rot.normalise(rot.multiply(np.broadcast_to(turn, orientations.shape), orientations)))
+    height = stature(leg_lengths(points, names, known))
+    _check_height(height, scale, unit_finding, raw.name)
     facing = _check_handedness(points, names, known, raw.name)
     done = [f"unit -> m (x {scale:.6g})"] if scale != 1.0 else []
     done += [f"up {up} -> z"] if up != "z" else []
@@ -91,9 +98,20 @@ def human_clip(
         orientations=turns,
         parents=tuple(parents),
         landmarks=known,
-        height=options.stature or stature(leg_lengths(points, names, known)),
+        height=options.stature or height,
         source=raw.source(dialect, [*findings, up_finding, unit_finding, facing], done, [*repairs, *whole.repairs]),
     )
+
+
+def _check_height(height: float, scale: float, unit: Finding, where: str) -> None:
+    """A stated unit that makes a dwarf or a giant is wrong."""
+    if _SHORTEST < height < _TALLEST:
+        return
+    fits = next((u for u, s in UNITS.items() if _SHORTEST < height / scale * s < _TALLEST), "")
+    raise ClipError(
+        where, found=f"a person {height:.3g} m tall, with unit {unit.value} ({unit.why})",
+        expected=f"{_SHORTEST} to {_TALLEST} m", cure="state the right unit", option="unit", suggestion=fits,
+    )  # fmt: skip
 
 
 def _find_up(

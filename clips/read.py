@@ -7,11 +7,11 @@ from types import ModuleType
 
 from clips.clip import Clip
 from clips.errors import ClipError
-from clips.readers import amc, bvh, deepmimic, npz, pickles, points_csv, robot_csv
+from clips.readers import amc, bvh, c3d, deepmimic, npz, pickles, points_csv, robot_csv
 from clips.source import RawFile, ReadOptions
 
 # Asked in this order; the first that recognises the content reads it.
-READERS: tuple[ModuleType, ...] = (bvh, amc, deepmimic, npz, pickles, points_csv, robot_csv)
+READERS: tuple[ModuleType, ...] = (bvh, amc, deepmimic, c3d, npz, pickles, points_csv, robot_csv)
 
 _KNOWN_ELSEWHERE = {
     b"Kaydara FBX": ("an FBX file", "open it in Blender and export BVH"),
@@ -38,10 +38,10 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
             return clip
     for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
         if raw.head.lstrip().startswith(magic):
-            raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ, BVH, AMC or DeepMimic's txt", cure=cure)
+            raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt", cure=cure)
     raise ClipError(
         raw.name,
         found=f"content that no reader knows (it begins with {raw.head[:16]!r})",
-        expected="CSV, PKL, NPZ, BVH, AMC or DeepMimic's txt",
+        expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt",
         cure="docs/formats.md lists every layout",
     )

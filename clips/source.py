@@ -34,7 +34,7 @@ class Repair:
     what: str
     count: int
     where: str = ""
-    of: Literal["frames", "samples"] = "frames"
+    of: Literal["frames", "samples", "points"] = "frames"
 
     def __str__(self) -> str:
         return f"{self.what}: {self.count} {self.of}" + (f", {self.where}" if self.where else "")
