@@ -59,7 +59,7 @@ def joint_centres(
         return None
     wide = front[0] - front[1]
     width = np.linalg.norm(wide, axis=-1, keepdims=True)
-    left = wide / width
+    left = rot.unit(wide)
     ahead = 0.5 * (front[0] + front[1]) - middle_back
     ahead = rot.unit(ahead - np.sum(ahead * left, axis=-1, keepdims=True) * left)
     up = np.cross(ahead, left)

@@ -11,6 +11,7 @@ from typing import Literal
 from clips.errors import ClipError
 
 MAX_BYTES = 1 << 30
+MAX_UNPACKED = 1 << 29  # of a compressed file: an hour of a robot with thirty bodies is 320 MB
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,6 +18,7 @@ _TIME = {"time", "t", "time_s", "timestamp", "time(s)", "times", "sec", "seconds
 _MAX_JITTER = 0.05  # of a frame
 _SLOWEST, _FASTEST = 2.0, 2000.0  # frame rates that a recording may have [Hz]
 _LONGEST_HOLE_S = 0.1
+_WIDEST = 10_000  # columns
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +72,8 @@ def parse(raw: RawFile, *, named_points: bool = False) -> Table:
     if separator != ",":
         notes.append(f"separator {separator!r}")
     first = [c.strip().strip('"') for c in _split(body[0][1], separator)]
+    if len(first) > _WIDEST:
+        raise ClipError(raw.name, found=f"{len(first)} columns", expected=f"at most {_WIDEST}: a body has no more")
     has_header = not all(_is_number(c, separator) for c in first if c)
     rows = body[1:] if has_header else body
     columns = tuple(first) if has_header else ()

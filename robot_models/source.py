@@ -48,6 +48,8 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
             cure=profile.source.install,
         )
     text = path.read_text(encoding="utf-8")
+    if "<!ENTITY" in text:
+        raise RobotError(str(path), found="XML entities", expected="a robot spelt out", cure="expand them first")
     try:
         if ET.fromstring(text).tag == "robot":
             spec = mujoco.MjSpec.from_string(_urdf_for_mujoco(text, profile))

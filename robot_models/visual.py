@@ -15,6 +15,9 @@ from robot_models.robot import RobotModel
 from robot_models.source import locate
 from robot_models.surface import body_geoms
 
+_MESHES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf")
+_UPWARDS = 5  # folders above a URDF in which its package may begin
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Part:
@@ -131,10 +134,14 @@ def _origin(element: ET.Element) -> ndarray:
 
 
 def _mesh_path(name: str, urdf: Path) -> Path | None:
-    """A mesh beside its URDF: `package://robots/x/y.stl` is looked up along the URDF's parents."""
-    relative = name.split("://", 1)[-1]
-    for folder in urdf.parents:
-        for tail in (relative, "/".join(relative.split("/")[1:])):
-            if tail and (folder / tail).is_file():
-                return folder / tail
+    """A mesh beside its URDF: `package://robots/x/y.stl` is looked up along the URDF's nearest parents, never outside."""
+    relative = Path(name.split("://", 1)[-1])
+    if relative.is_absolute() or relative.suffix.lower() not in _MESHES:
+        return None
+    near = [folder.resolve() for folder in list(urdf.resolve().parents)[:_UPWARDS]]
+    for folder in near:
+        for tail in (relative, Path(*relative.parts[1:])):
+            path = (folder / tail).resolve()
+            if path.is_file() and path.is_relative_to(near[-1]):
+                return path
     return None

@@ -25,6 +25,8 @@ _SIDED = {
 }  # fmt: skip
 _MIDDLE = {"pelvis": "root", "chest": "thorax", "neck": "lowerneck", "head": "head"}
 
+_MOST_BONES = 1000
+
 
 @dataclass
 class _Bone:
@@ -122,6 +124,8 @@ def _parse_skeleton(raw: RawFile) -> tuple[list[_Bone], float]:
                 bone = found[child]
                 bone.parent, place[child] = place[parent], len(bones)
                 bones.append(bone)
+        if len(bones) > _MOST_BONES:
+            raise ValueError(f"{len(bones)} bones")
     except (KeyError, IndexError, ValueError) as e:
         raise ClipError(
             raw.name, found=f"a skeleton that cannot be read ({type(e).__name__}: {e})", expected="ASF sections"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -14,6 +15,9 @@ from clips.errors import ClipError
 from clips.human import human_clip
 from clips.source import Finding, RawFile, ReadOptions
 from robot_models import rotation as rot
+
+_MOST_JOINTS, _MOST_ENDS = 1000, 100
+_CHANNEL = re.compile(r"[XYZ](position|rotation)", re.IGNORECASE)
 
 
 @dataclass
@@ -79,16 +83,21 @@ def _parse_hierarchy(text: str, where: str) -> list[_Joint]:
             elif token == "}":
                 stack.pop()
             elif token == "OFFSET":
-                joints[-1].offset = tuple(float(next(tokens)) for _ in range(3))
+                joints[-1].offset = tuple([float(next(tokens)) for _ in range(3)])
                 if not all(abs(x) < 1e9 for x in joints[-1].offset):
                     raise ValueError("an absurd OFFSET")
             elif token == "CHANNELS":
                 joints[-1].channels = [next(tokens) for _ in range(int(next(tokens)))]
+                if not all(_CHANNEL.fullmatch(c) for c in joints[-1].channels):
+                    raise ValueError("an unknown channel")
     except (StopIteration, IndexError, ValueError) as e:
         last = joints[-1].name if joints else "the start"
         raise ClipError(f"{where}, near '{last}'", found="a broken HIERARCHY", expected="BVH's nested joints") from e
-    if not any(j.channels for j in joints):
+    width = sum(len(j.channels) for j in joints)
+    if width == 0:
         raise ClipError(where, found="no joint with channels", expected="at least a root with CHANNELS")
+    if len(joints) > min(_MOST_JOINTS, width + _MOST_ENDS):
+        raise ClipError(where, found=f"{len(joints)} joints with {width} channels", expected="a body's")
     return joints
 
 
@@ -96,6 +105,8 @@ def _joint(kind: str, tokens: Iterator[str], parent: int, joints: list[_Joint]) 
     name = next(tokens)
     if kind == "End":
         name = f"{joints[parent].name}_end"
+    if len(joints) > _MOST_JOINTS:
+        raise ValueError("more joints than any body has")
     taken = {j.name for j in joints}
     while name in taken:  # some exporters repeat finger names
         name += "_"

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import importlib.util
+import io
 import re
 import struct
-from typing import Any
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -20,9 +25,12 @@ _PARENTS = {
     "hip": "pelvis", "knee": "hip", "ankle": "knee", "toe": "ankle", "shoulder": "pelvis", "elbow": "shoulder",
     "wrist": "elbow", "head": "pelvis",
 }  # fmt: skip
-_COMPUTED = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")  # POINT groups that are no places
 _INTEL = 84  # its sign in the parameter section
 _BLOCK = 512  # bytes; sections of a C3D begin at whole blocks
+_WORKER = Path(__file__).with_name("c3d_worker.py")
+_MOST_BYTES = 1 << 30  # of the worker's memory, beside twelve times the file
+_MOST_SECONDS = 120.0
+_UNLABELLED = re.compile(r"\*.*|(uname|unlabell?ed|traj)\W*\d+|", re.IGNORECASE)
 
 
 def recognises(raw: RawFile) -> bool:
@@ -39,15 +47,14 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
         ClipError: ezc3d is not installed, a broken or cut file, no rate or unit, no marker set and no names of joints.
     """
     content = _open(raw)
-    point = {k: v["value"] for k, v in content["parameters"]["POINT"].items() if "value" in v}
-    fps, rate = _rate(raw, content, options)
-    unit, unit_finding = _unit(raw, point, options)
-    markers, repairs = _markers(content, point)
+    fps, rate = _rate(raw, float(content["rate"]), options)
+    unit, unit_finding = _unit(raw, str(next(iter(content["units"]), "")), options)
+    markers, repairs = _markers(content)
+    if not markers:
+        raise ClipError(raw.name, found="no labelled marker", expected="markers with names", cure="label them first")
     seen = {name: unit * xyz for name, xyz in markers.items()}
     joints = None if options.mapping else joint_centres(seen)
     points, findings = (seen, [rate]) if joints is None else (joints[0], [rate, joints[1]])
-    if not points:
-        raise ClipError(raw.name, found="no labelled marker", expected="markers with names", cure="label them first")
     names = list(points)
     return human_clip(
         raw,
@@ -64,27 +71,33 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     )
 
 
-def _open(raw: RawFile) -> Any:
-    try:
-        import ezc3d
-    except ImportError as e:
+def _open(raw: RawFile) -> Mapping[str, ndarray]:
+    """What stands in the file, from a process that may come to grief over it."""
+    if importlib.util.find_spec("ezc3d") is None:
         raise ClipError(
             raw.name, found="no ezc3d on this machine", expected="it, to open C3D", cure="pip install ezc3d"
-        ) from e  # fmt: skip
+        )
     _check_size(raw)
+    most = _MOST_BYTES + 12 * len(raw.data)
+    command = [sys.executable, str(_WORKER), str(raw.path), str(most)]
     try:
-        content = ezc3d.c3d(str(raw.path))
-    except Exception as e:  # its C++ reader raises OSError, ValueError, RuntimeError, whatever stands in the bytes
-        raise ClipError(raw.name, found=f"a broken C3D ({e})", expected="a whole one") from e
-    point = content["parameters"].get("POINT", {})
-    stated = np.ravel(point.get("FRAMES", {}).get("value", ()))
-    frames = content["data"]["points"].shape[2]
+        done = subprocess.run(command, capture_output=True, timeout=_MOST_SECONDS, check=False)
+    except subprocess.TimeoutExpired as e:
+        raise ClipError(raw.name, found="a C3D that takes minutes to open", expected="a whole one") from e
+    if done.returncode != 0:
+        said = done.stderr.decode(errors="replace").strip().splitlines()
+        raise ClipError(
+            raw.name, found=f"a broken C3D ({said[-1] if said else 'ezc3d crashed'})", expected="a whole one"
+        )
+    with np.load(io.BytesIO(done.stdout), allow_pickle=False) as arrays:
+        content = dict(arrays)
+    frames, stated = content["points"].shape[2], content["frames"]
     _check_size(raw, frames)
     # The parameter is a 16-bit number: longer takes are counted by the header alone.
-    if stated.size == 1 and 0 < int(stated[0]) < 0x7FFF and int(stated[0]) != frames:
+    if stated.size == 1 and 0 < stated[0] < 0x7FFF and stated[0] != frames:
         raise ClipError(
-            raw.name, found=f"{frames} frames in its header and {int(stated[0])} in POINT:FRAMES",
-            expected="one number", cure="export it again",
+            raw.name, found=f"{frames} frames in its header and {stated[0]:.0f} in POINT:FRAMES", expected="one number",
+            cure="export it again",
         )  # fmt: skip
     return content
 
@@ -98,7 +111,7 @@ def _check_size(raw: RawFile, frames: int | None = None) -> None:
     if len(raw.data) < 2 * _BLOCK:
         raise ClipError(raw.name, found=f"{len(raw.data)} bytes", expected="a C3D's header and parameters")
     parameters = (raw.data[0] - 1) * _BLOCK
-    if parameters + 4 > len(raw.data) or raw.data[parameters + 3] != _INTEL:
+    if not 0 <= parameters < len(raw.data) - 3 or raw.data[parameters + 3] != _INTEL:
         return  # another byte order: left to ezc3d
     points, analog, first, last = struct.unpack_from("<HHHH", raw.data, 2)
     scale, block = struct.unpack_from("<fH", raw.data, 12)
@@ -111,18 +124,18 @@ def _check_size(raw: RawFile, frames: int | None = None) -> None:
         )  # fmt: skip
 
 
-def _rate(raw: RawFile, content: Any, options: ReadOptions) -> tuple[float, Finding]:
-    fps, why = float(content["header"]["points"]["frame_rate"]), "header"
+def _rate(raw: RawFile, told: float, options: ReadOptions) -> tuple[float, Finding]:
+    fps, why = told, "header"
     if options.fps is not None:
-        fps, why = options.fps, f"given; the header says {fps:.6g}"
+        fps, why = options.fps, f"given; the header says {told:.6g}"
     if not (np.isfinite(fps) and fps > 0.0):
         raise raw.no_fps()
     return fps, Finding(what="fps", value=f"{fps:.6g}", why=why, confidence="stated", option="fps")
 
 
-def _unit(raw: RawFile, point: dict[str, Any], options: ReadOptions) -> tuple[float, Finding]:
+def _unit(raw: RawFile, told: str, options: ReadOptions) -> tuple[float, Finding]:
     """Metres per unit, as POINT:UNITS says."""
-    told = str(next(iter(point.get("UNITS", ())), "")).strip().lower()
+    told = told.strip().lower()
     name = options.unit or {"millimeters": "mm", "meters": "m", "centimeters": "cm"}.get(told, told)
     if name in UNITS or options.unit is not None:
         scale = UNITS[name] if name in UNITS else float(name)
@@ -134,23 +147,19 @@ def _unit(raw: RawFile, point: dict[str, Any], options: ReadOptions) -> tuple[fl
     )  # fmt: skip
 
 
-def _markers(content: Any, point: dict[str, Any]) -> tuple[dict[str, Float[ndarray, "T 3"]], list[Repair]]:
+def _markers(content: Mapping[str, ndarray]) -> tuple[dict[str, Float[ndarray, "T 3"]], list[Repair]]:
     """Labelled markers in the file's unit: the subject's prefix off, doubles and computed quantities left out."""
-    # ezc3d spreads more than 255 labels over LABELS, LABELS2 ...
-    groups = sorted((k for k in point if re.fullmatch(r"LABELS\d*", k)), key=lambda k: int(k[6:] or 1))
-    labels = [str(label).strip() for k in groups for label in point[k]]
-    computed = {str(x).strip() for k in _COMPUTED for x in point.get(k, ())}
-    xyz = np.moveaxis(content["data"]["points"][:3], 0, -1)
-    missing = content["data"]["meta_points"]["residuals"][0] < 0.0
+    computed = {str(x).strip() for x in content["computed"]}
+    missing = content["residuals"] < 0.0
     found: dict[str, ndarray] = {}
     doubles, unlabelled = 0, 0
-    for label, track, lost in zip(labels, xyz, missing, strict=False):
-        name = label.split(":")[-1]
-        if not name or name.startswith("*") or re.fullmatch(r"(uname|unlabeled|unlabelled|traj)\W*\d+", name, re.I):
+    for label, track, lost in zip(content["labels"], np.moveaxis(content["points"], 0, -1), missing, strict=False):
+        name = str(label).strip().split(":")[-1]
+        if _UNLABELLED.fullmatch(name):
             unlabelled += 1
-        elif name in found or label in computed:
-            doubles += name in found
-        else:
+        elif name in found:
+            doubles += 1
+        elif str(label).strip() not in computed:
             found[name] = np.where((lost | (track == 0.0).all(axis=-1))[:, None], np.nan, track)
     repairs = []
     if doubles:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import io
 import json
+import math
+import zipfile
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -13,7 +16,7 @@ from clips import smpl
 from clips.clip import Clip, RobotClip
 from clips.errors import ClipError
 from clips.joint_space import choose_layout, robot_clip
-from clips.source import Finding, RawFile, ReadOptions
+from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models import RobotModel, forward_kinematics, load_robot
 from robot_models import rotation as rot
 from robot_models.catalogue import installed, robot_names
@@ -59,15 +62,43 @@ def _arrays(raw: RawFile) -> dict[str, ndarray]:
     """Every array of the archive that needs no unpickling; object arrays are left alone."""
     arrays = {}
     try:
-        with np.load(io.BytesIO(raw.data), allow_pickle=False) as archive:
-            for key in archive.files:
-                try:
-                    arrays[key] = archive[key]
-                except ValueError:  # an object array, which only unpickling could open
-                    continue
+        with zipfile.ZipFile(io.BytesIO(raw.data)) as archive:
+            _refuse_bombs(raw, archive)
+            for info in archive.infolist():
+                array = _array(archive.read(info))
+                if array is not None:
+                    arrays[info.filename.removesuffix(".npy")] = array
+    except ClipError:
+        raise
     except Exception as e:  # broken headers make numpy's parser raise whatever it likes
         raise ClipError(raw.name, found=f"a broken archive ({e})", expected="a whole .npz") from e
     return arrays
+
+
+def _refuse_bombs(raw: RawFile, archive: zipfile.ZipFile) -> None:
+    """Refuse an archive whose members say that they unpack to more than any clip holds."""
+    size = sum(info.file_size for info in archive.infolist())
+    if size > MAX_UNPACKED:
+        raise ClipError(
+            raw.name, found=f"{len(raw.data)} bytes that unpack to {size}", expected=f"at most {MAX_UNPACKED}",
+            cure="an hour of motion is less; leave out what is no motion",
+        )  # fmt: skip
+
+
+def _array(data: bytes) -> ndarray | None:
+    """One .npy member; None for an array of objects, which only unpickling could open, and for what is no array."""
+    if not data.startswith(b"\x93NUMPY"):
+        return None
+    npy: Any = np.lib.format
+    stream = io.BytesIO(data)
+    header = npy.read_array_header_1_0 if npy.read_magic(stream) == (1, 0) else npy.read_array_header_2_0
+    shape, _, dtype = header(stream)
+    if dtype.hasobject:
+        return None
+    if math.prod(shape) * dtype.itemsize > len(data):
+        raise ValueError(f"an array of shape {shape} in {len(data)} bytes")
+    stream.seek(0)
+    return np.asarray(npy.read_array(stream, allow_pickle=False))
 
 
 def _need(raw: RawFile, data: Mapping[str, ndarray], dims: Mapping[str, int]) -> None:
@@ -76,7 +107,7 @@ def _need(raw: RawFile, data: Mapping[str, ndarray], dims: Mapping[str, int]) ->
         if key not in data:
             raise ClipError(raw.name, found=f"no key '{key}' among {', '.join(data)}", expected="the whole layout")
         array = data[key]
-        if array.ndim != ndim or len({len(data[k]) for k, n in dims.items() if n > 1 and k in data}) > 1:
+        if array.ndim != ndim or len({np.shape(data[k])[:1] for k, n in dims.items() if n > 1 and k in data}) > 1:
             raise ClipError(f"{raw.name}, {key}", found=f"shape {array.shape}", expected=f"{ndim} axes, frames first")
         if ndim > 1 and array.dtype.kind not in "fiu":
             raise ClipError(f"{raw.name}, {key}", found=f"{array.dtype} values", expected="numbers")

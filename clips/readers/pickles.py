@@ -10,9 +10,10 @@ import bz2
 import gzip
 import io
 import lzma
+import math
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import IO, Any, cast
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -21,7 +22,7 @@ from clips import smpl
 from clips.clip import Clip, HumanClip, RobotClip
 from clips.errors import ClipError
 from clips.joint_space import choose_layout, robot_clip
-from clips.source import MAX_BYTES, Finding, RawFile, ReadOptions
+from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models import rotation as rot
 
 _ALLOWED = {
@@ -29,22 +30,35 @@ _ALLOWED = {
     *((m, f) for m in ("numpy.core.multiarray", "numpy._core.multiarray") for f in ("_reconstruct", "scalar")),
     *((m, "_frombuffer") for m in ("numpy.core.numeric", "numpy._core.numeric")),
 }  # fmt: skip
-_OPENERS: dict[bytes, Callable[[io.BytesIO], IO[bytes]]] = {
-    b"\x1f\x8b": lambda f: cast(IO[bytes], gzip.GzipFile(fileobj=f)),
-    b"BZh": lambda f: cast(IO[bytes], bz2.BZ2File(f)),
-    b"\xfd7zXZ": lambda f: cast(IO[bytes], lzma.LZMAFile(f)),
-    b"\x5d\x00": lambda f: cast(IO[bytes], lzma.LZMAFile(f)),
+_PART = 1 << 20  # bytes unpacked at a time
+
+
+class _Zlib:
+    """A zlib stream read in parts; joblib's default, and the one that Python has no file class for."""
+
+    def __init__(self, data: io.BytesIO) -> None:
+        self._packed, self._unpacker = data.getvalue(), zlib.decompressobj()
+
+    def read(self, size: int) -> bytes:
+        part = self._unpacker.decompress(self._packed, size)
+        self._packed = self._unpacker.unconsumed_tail
+        return part
+
+
+_OPENERS: dict[bytes, Callable[[io.BytesIO], Any]] = {
+    b"\x1f\x8b": lambda f: gzip.GzipFile(fileobj=f),
+    b"BZh": bz2.BZ2File,
+    b"\xfd7zXZ": lzma.LZMAFile,
+    b"\x5d\x00": lzma.LZMAFile,
+    # The second byte tells zlib from a text that begins with an x.
+    **dict.fromkeys((b"\x78\x01", b"\x78\x5e", b"\x78\x9c", b"\x78\xda"), _Zlib),
 }
 _ABSURD = 1e6  # no position, angle or quaternion of anybody
-# joblib's default. The second byte tells zlib from a text that begins with an x.
-_ZLIB = (b"\x78\x01", b"\x78\x5e", b"\x78\x9c", b"\x78\xda")
 
 
 def recognises(raw: RawFile) -> bool:
     """A pickle of protocol 2 or later, bare or compressed by joblib."""
-    return (raw.head[:1] == b"\x80" and raw.head[1:2] in b"\x02\x03\x04\x05") or raw.head.startswith(
-        (*_ZLIB, *_OPENERS)
-    )
+    return (raw.head[:1] == b"\x80" and raw.head[1:2] in b"\x02\x03\x04\x05") or raw.head.startswith(tuple(_OPENERS))
 
 
 def read(raw: RawFile, options: ReadOptions) -> Clip:
@@ -102,6 +116,8 @@ def _plain_unpickler(raw: RawFile) -> Any:
         def read_array(self, unpickler: Any, *args: Any, **kwargs: Any) -> ndarray:
             if self.dtype.hasobject:
                 raise ClipError(raw.name, found="an array of Python objects", expected="arrays of numbers")
+            if math.prod(map(int, self.shape)) * self.dtype.itemsize > MAX_UNPACKED:
+                raise ClipError(raw.name, found=f"an array of shape {self.shape}", expected="a motion clip")
             return np.asarray(super().read_array(unpickler, *args, **kwargs))
 
     class Plain(numpy_pickle.NumpyUnpickler):  # type: ignore[misc]
@@ -112,6 +128,8 @@ def _plain_unpickler(raw: RawFile) -> Any:
                 return ArrayOnly
             if (module, name) == ("_codecs", "encode"):  # how protocol 2 spells bytes
                 return lambda text, _: text.encode("latin1")
+            if name == "_reconstruct" and (module, name) in _ALLOWED:
+                return _empty_array
             if (module, name) in _ALLOWED:
                 return super().find_class(module, name)
             raise ClipError(
@@ -123,16 +141,25 @@ def _plain_unpickler(raw: RawFile) -> Any:
     return Plain(str(raw.path), io.BytesIO(_unpacked(raw)), ensure_native_byte_order=True)
 
 
+def _empty_array(kind: Any, shape: Any, dtype: Any) -> ndarray:
+    """What numpy's own `_reconstruct` is for: an array of no elements, which the pickle then gives its state."""
+    if kind is not ndarray or shape != (0,):
+        raise ValueError(f"an array begun with shape {shape!r:.50}")
+    return np.ndarray((0,), dtype="b")
+
+
 def _unpacked(raw: RawFile) -> bytes:
     """The pickle stream itself, decompressed up to the size limit of any file."""
-    if raw.head.startswith(_ZLIB):
-        data = zlib.decompressobj().decompress(raw.data, MAX_BYTES)
-    else:
-        opener = next((o for magic, o in _OPENERS.items() if raw.head.startswith(magic)), None)
-        data = opener(io.BytesIO(raw.data)).read(MAX_BYTES) if opener else raw.data
-    if len(data) >= MAX_BYTES:
-        raise ClipError(raw.name, found=f"over {MAX_BYTES} bytes once unpacked", expected="a motion clip")
-    return bytes(data)
+    opener = next((o for magic, o in _OPENERS.items() if raw.head.startswith(magic)), None)
+    if opener is None:
+        return raw.data
+    stream, parts, size = opener(io.BytesIO(raw.data)), list[bytes](), 0
+    while part := stream.read(_PART):
+        parts.append(part)
+        size += len(part)
+        if size > MAX_UNPACKED:
+            raise ClipError(raw.name, found=f"over {MAX_UNPACKED} bytes once unpacked", expected="a motion clip")
+    return b"".join(parts)
 
 
 def _gmr(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> RobotClip:
@@ -181,7 +208,9 @@ def _aist(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> Hum
     poses, trans = (_numbers(raw, key, content[key]) for key in ("smpl_poses", "smpl_trans"))
     scaling = np.asarray(content.get("smpl_scaling", 1.0), dtype=float).reshape(-1)
     if scaling.size != 1 or not scaling[0] > 0.0:
-        raise ClipError(f"{raw.name}, smpl_scaling", found=repr(content["smpl_scaling"]), expected="one number above 0")
+        raise ClipError(
+            f"{raw.name}, smpl_scaling", found=_told(content["smpl_scaling"]), expected="one number above 0"
+        )
     return smpl.read(raw, {"poses": poses, "trans": trans / scaling[0]}, options)
 
 
@@ -194,7 +223,7 @@ def _joint_space(
     try:
         rate = float(options.fps if options.fps is not None else np.asarray(fps, dtype=float).reshape(-1)[0])
     except (TypeError, ValueError, IndexError) as e:
-        raise ClipError(f"{raw.name}, fps", found=repr(fps), expected="frames per second", option="fps") from e
+        raise ClipError(f"{raw.name}, fps", found=_told(fps), expected="frames per second", option="fps") from e
     why = "given" if options.fps is not None else "key 'fps'"
     joints = _numbers(raw, "joint angles", dof)
     robot, names, finding = choose_layout(raw, joints.shape[1], options)
@@ -229,3 +258,11 @@ def _numbers(raw: RawFile, what: str, value: Any) -> ndarray:
             f"{raw.name}, {what}", found="numbers that are not finite, or absurd", expected="metres and radians"
         )
     return array
+
+
+def _told(value: Any) -> str:
+    """A stranger's value in a message; nested too deep, it has no text."""
+    try:
+        return f"{value!r:.80}"
+    except RecursionError:
+        return f"a {type(value).__name__} nested without end"
