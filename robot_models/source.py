@@ -37,8 +37,6 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
     Raises:
         RobotError: the file is absent or MuJoCo refuses it.
     """
-    import mujoco
-
     path = locate(profile.source, profile.folder)
     if path is None or not path.is_file():
         raise RobotError(
@@ -47,34 +45,60 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
             expected=f"the package {profile.source.package}" if profile.source.package else f"the file {path}",
             cure=profile.source.install,
         )
-    text = path.read_text(encoding="utf-8")
+    # The profile's capsules stand for the whole surface where there are any.
+    spec = open_spec(path, primitives=not profile.capsules, repair=profile.source.inertia == "repair")
+    root = spec.worldbody.first_body()
+    if root.name != profile.root:
+        raise RobotError(
+            f"robot '{profile.name}', root", found=f"'{root.name}' at the top of the tree",
+            expected=f"'{profile.root}' (bodies: {', '.join(b.name for b in spec.bodies[1:])})",
+        )  # fmt: skip
+    _freeze(spec, profile)
+    return spec
+
+
+def open_spec(path: Path, *, primitives: bool = True, repair: bool = False) -> mujoco.MjSpec:
+    """A model file's tree without meshes and scenery, its root free and named `root`.
+
+    Args:
+        path: a URDF or an MJCF.
+        primitives: keep the URDF's own boxes, spheres and cylinders.
+        repair: mend massless links and impossible inertias.
+
+    Raises:
+        RobotError: XML that is broken or has entities, or no body in it.
+    """
+    import mujoco
+
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as e:
+        raise RobotError(str(path), found=f"a file that cannot be read ({e})", expected="a URDF or MJCF robot") from e
     if "<!ENTITY" in text:
         raise RobotError(str(path), found="XML entities", expected="a robot spelt out", cure="expand them first")
     try:
         if ET.fromstring(text).tag == "robot":
-            spec = mujoco.MjSpec.from_string(_urdf_for_mujoco(text, profile))
+            spec = mujoco.MjSpec.from_string(_urdf_for_mujoco(text, primitives, repair))
         else:
             spec = mujoco.MjSpec.from_file(str(path))
     except (ValueError, ET.ParseError) as e:
         raise RobotError(str(path), found=f"a file that MuJoCo refuses ({e})", expected="a URDF or MJCF robot") from e
     _strip(spec)
-    _free_the_root(spec, profile)
-    _freeze(spec, profile)
+    _free_the_root(spec, path)
     return spec
 
 
-def _urdf_for_mujoco(text: str, profile: RobotProfile) -> str:
+def _urdf_for_mujoco(text: str, primitives: bool, repair: bool) -> str:
     """URDF text with its meshes dropped and MuJoCo's compiler told to merge fixed links and keep inertias."""
     robot = ET.fromstring(text)
     for link in robot.iter("link"):
         for part in [e for e in link if e.tag in ("visual", "collision")]:
-            # The profile's capsules stand for the whole surface where there are any.
-            if part.tag == "visual" or profile.capsules or part.find("geometry/mesh") is not None:
+            if part.tag == "visual" or not primitives or part.find("geometry/mesh") is not None:
                 link.remove(part)
     for element in robot.findall("mujoco"):
         robot.remove(element)
     options = {"discardvisual": "true", "fusestatic": "true"}
-    if profile.source.inertia == "repair":
+    if repair:
         options |= {"boundmass": "1e-6", "boundinertia": "1e-9", "balanceinertia": "true"}
     extension = ET.SubElement(robot, "mujoco")
     ET.SubElement(extension, "compiler", options)
@@ -95,15 +119,10 @@ def _strip(spec: mujoco.MjSpec) -> None:
         material.textures = [""] * len(material.textures)
 
 
-def _free_the_root(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
+def _free_the_root(spec: mujoco.MjSpec, path: Path) -> None:
     root = spec.worldbody.first_body()
-    if root is None or root.name != profile.root:
-        names = ", ".join(b.name for b in spec.bodies[1:])
-        raise RobotError(
-            f"robot '{profile.name}', root",
-            found=f"'{root.name if root else 'nothing'}' at the top of the tree",
-            expected=f"'{profile.root}' (bodies: {names})",
-        )
+    if root is None:
+        raise RobotError(str(path), found="no body", expected="a robot")
     free = [j for j in root.joints if _is_free(j)]
     if free:
         free[0].name = "root"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,7 +38,7 @@ def visual_parts(robot: RobotModel) -> list[Part]:
     """The robot's meshes where they are installed, else its primitives."""
     meshes = robot.profile.meshes
     path = locate(meshes, robot.profile.folder) if meshes is not None else None
-    return mesh_parts(robot, path) if path is not None else primitive_parts(robot)
+    return mesh_parts(robot.body_names, path) if path is not None else primitive_parts(robot)
 
 
 def primitive_parts(robot: RobotModel) -> list[Part]:
@@ -71,12 +72,12 @@ def _rgba(colour: ndarray) -> tuple[float, float, float, float]:
     return r, g, b, a
 
 
-def mesh_parts(robot: RobotModel, urdf: Path) -> list[Part]:
-    """The visual meshes of a URDF, carried over to the robot's bodies (fixed links merged into their parents)."""
+def mesh_parts(bodies: Sequence[str], urdf: Path) -> list[Part]:
+    """The visual meshes of a URDF, carried over to its moving bodies (fixed links merged into their parents)."""
     import trimesh
 
     tree = ET.parse(urdf).getroot()
-    carrier = _carriers(tree, set(robot.body_names))
+    carrier = _carriers(tree, set(bodies))
     parts = []
     for link in tree.findall("link"):
         body, body_from_link = carrier.get(link.get("name", ""), ("", np.eye(4)))
