@@ -136,7 +136,7 @@ def _origin(element: ET.Element) -> ndarray:
 
 def _mesh_path(name: str, urdf: Path) -> Path | None:
     """A mesh beside its URDF: `package://robots/x/y.stl` is looked up along the URDF's nearest parents, never outside."""
-    relative = Path(name.split("://", 1)[-1])
+    relative = Path(name.removeprefix("package://").lstrip("/") if name.startswith("package://") else name)
     if relative.is_absolute() or relative.suffix.lower() not in _MESHES:
         return None
     near = [folder.resolve() for folder in list(urdf.resolve().parents)[:_UPWARDS]]

@@ -83,4 +83,5 @@ def test_a_mesh_outside_the_robots_package_is_not_looked_at(tmp_path, name):
     mesh.parent.mkdir()
     mesh.write_bytes(b"solid")
     assert _mesh_path("package://robot/meshes/x.stl", urdf) == mesh
+    assert _mesh_path("package:///robot/meshes/x.stl", urdf) == mesh
     assert _mesh_path("../meshes/x.stl", urdf) == mesh

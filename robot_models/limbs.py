@@ -1,0 +1,129 @@
+"""Which bodies of an unknown humanoid are its legs, arms and head: from its tree at zero, where it faces +x."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from robot_models.branches import Branches
+from robot_models.errors import RobotError
+from robot_models.profile import FEET
+
+if TYPE_CHECKING:
+    import mujoco
+
+_HANDS = re.compile(
+    r"finger|thumb|gripper|index|little|pinky|(^|_)ring|middle_l?\d|hand_.*_\d|(^|_)toes?(_|$)", re.IGNORECASE
+)
+_TOE = 0.04  # ahead of the joint before it, beyond which the last body of a leg is no ankle but toes [m]
+_CLUSTER = 3  # joints of a hip or a shoulder
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limbs:
+    """The robot's bodies by part. Chains go outwards; names are bodies'."""
+
+    pelvis: str
+    torso: str
+    head: str
+    legs: Mapping[str, tuple[str, ...]]  # "left", "right": hip to foot
+    arms: Mapping[str, tuple[str, ...]]  # shoulder to wrist
+    loose: tuple[str, ...]  # bodies of fingers, grippers and toes
+
+    @property
+    def landmarks(self) -> dict[str, str]:
+        """Landmark -> body, but for hips and shoulders, which `joint_centre` settles."""
+        found = {"pelvis": self.pelvis, "torso": self.torso, "head": self.head}
+        for side in FEET:
+            found |= {f"{side}_foot": self.legs[side][-1], f"{side}_wrist": self.arms[side][-1]}
+        return found
+
+
+def find_limbs(model: mujoco.MjModel, data: mujoco.MjData, where: str) -> Limbs:
+    """The limbs of a model at zero; `data` holds its kinematics there.
+
+    Raises:
+        RobotError: no two legs and two arms that are alike.
+    """
+    bodies = [b for b in range(1, model.nbody) if model.body_jntnum[b]]
+    place = {b: k for k, b in enumerate(bodies)}
+    names = [model.body(b).name for b in bodies]
+    parents = [_moving_parent(model, b, place) for b in bodies]
+    loose = _loose(model, bodies, parents)
+    firm = [k for k in range(len(bodies)) if k not in loose]
+    at = {k: i for i, k in enumerate(firm)}
+    positions = data.xpos[[bodies[k] for k in firm]]
+    tree = Branches([at.get(parents[k], -1) for k in firm], positions[None])
+    found = tree.legs_and_arms()
+    if found is None:
+        raise RobotError(
+            where, found=f"no two legs and two arms among {', '.join(names)}",
+            expected="a humanoid: two like branches at the pelvis and two at the trunk",
+        )  # fmt: skip
+    (pelvis, *legs), (torso, *arms) = found
+
+    def name(k: int) -> str:
+        return names[firm[k]]
+
+    chains = {}
+    for kind, roots in (("legs", legs), ("arms", arms)):
+        ways = sorted((tree.way(r) for r in roots), key=lambda w: -float(positions[w, 1].mean()))
+        chains[kind] = {side: tuple(way) for side, way in zip(FEET, ways, strict=True)}
+    toes = [way[-1] for way in chains["legs"].values() if _has_toes(positions, way)]
+    feet = {side: way[:-1] if way[-1] in toes else way for side, way in chains["legs"].items()}
+    crown = [c for c in tree.children[torso] if c not in arms]
+    head = tree.way(max(crown, key=lambda c: float(positions[tree.way(c)[-1], 2])))[-1] if crown else torso
+    return Limbs(
+        pelvis=name(pelvis),
+        torso=name(torso),
+        head=name(head) if positions[head, 2] > positions[torso, 2] else name(torso),
+        legs={side: tuple(map(name, way)) for side, way in feet.items()},
+        arms={side: tuple(map(name, way)) for side, way in chains["arms"].items()},
+        loose=(*(names[k] for k in sorted(loose)), *(name(t) for t in toes)),
+    )
+
+
+def joint_centre(model: mujoco.MjModel, data: mujoco.MjData, chain: tuple[str, ...]) -> str:
+    """The body of a hip or shoulder whose origin lies nearest to where its first axes meet (least squares)."""
+    first = [model.body(n).id for n in chain[:_CLUSTER]]
+    joints = [int(model.body_jntadr[b]) for b in first]
+    across = [np.eye(3) - np.outer(data.xaxis[j], data.xaxis[j]) for j in joints]
+    centre = np.linalg.lstsq(
+        sum(across), sum(a @ data.xanchor[j] for a, j in zip(across, joints, strict=True)), rcond=None
+    )[0]
+    # Bodies at one place are told apart by their order: the last one moves with the limb.
+    return min(reversed(chain[:_CLUSTER]), key=lambda n: round(float(np.linalg.norm(data.body(n).xpos - centre)), 3))
+
+
+def middle_joint(data: mujoco.MjData, chain: tuple[str, ...]) -> str:
+    """The knee or elbow: the body of the chain that is far from both of its ends."""
+    ends = data.body(chain[0]).xpos, data.body(chain[-1]).xpos
+    return max(chain[1:-1], key=lambda n: min(float(np.linalg.norm(data.body(n).xpos - e)) for e in ends))
+
+
+def _moving_parent(model: mujoco.MjModel, body: int, place: Mapping[int, int]) -> int:
+    """Index of the nearest body above that has a joint."""
+    above = int(model.body_parentid[body])
+    while above > 0 and above not in place:
+        above = int(model.body_parentid[above])
+    return place.get(above, -1)
+
+
+def _loose(model: mujoco.MjModel, bodies: list[int], parents: list[int]) -> set[int]:
+    """Fingers, grippers and toes, told by the names of their joints or bodies, and all that hangs from them."""
+    loose: set[int] = set()
+    for k, body in enumerate(bodies):
+        words = (model.body(body).name, model.joint(int(model.body_jntadr[body])).name)
+        if parents[k] in loose or (k > 0 and any(_HANDS.search(w) for w in words)):
+            loose.add(k)
+    return loose
+
+
+def _has_toes(positions: Float[ndarray, "K 3"], way: tuple[int, ...]) -> bool:
+    return len(way) > 2 and bool(positions[way[-1], 0] - positions[way[-2], 0] > _TOE)
