@@ -75,6 +75,25 @@ def _absurd_reconstruct() -> bytes:
     )
 
 
+def _dtype_state() -> bytes:
+    """A state that numpy's own dtype takes at its word, and dies of (found by fuzzing)."""
+    typed = b"\x80\x02cnumpy\ndtype\nX\x02\0\0\0f8\x89\x88\x87R"
+    return typed + b"(K\x03X\x01\0\0\0<K\x07}N" + b"J\xff\xff\xff\xff" * 2 + b"K\0tb."
+
+
+def _laughs() -> bytes:
+    """[x, x] of [x, x] of ... thirty times over: 2^30 numbers in a hundred bytes."""
+    return b"\x80\x02}(X\x03\0\0\0fpsK\x1eX\x06\0\0\0frames" + _stacked(30) + b"u."
+
+
+def _stacked(depth: int) -> bytes:
+    """Lists of the list before, left on the stack as one value."""
+    out = b"]q\x00K\x01a"
+    for k in range(depth):
+        out += b"0]q" + bytes([k + 1]) + b"(h" + bytes([k]) + b"h" + bytes([k]) + b"e"
+    return out
+
+
 def files() -> dict[str, bytes]:
     """Name -> content."""
     packed = {"poses.npy": _npy("(1000000, 72)", data=bytes(1 << 26)), "trans.npy": _npy("(2, 3)")}
@@ -96,6 +115,8 @@ def files() -> dict[str, bytes]:
         "persistent.pkl": b"\x80\x02X\x01\0\0\0aQ.",
         "reconstruct.pkl": _absurd_reconstruct(),
         "objects_inside.pkl": pickle.dumps({"fps": 30, "root_pos": objects, "root_rot": objects, "dof_pos": objects}),
+        "typed_state.pkl": _dtype_state(),
+        "laughs.pkl": _laughs(),
         "nested.pkl": _nested(200_000),
         "itself.pkl": b"\x80\x02}q\x00X\x06\0\0\0framesh\x00s.",
         "long_integer.pkl": b"\x80\x02\x8b" + struct.pack("<i", 0x7FFFFFFF) + b"\x01.",
