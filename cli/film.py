@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +42,7 @@ def write_film(
     if min(size) < 16 or any(s % 2 for s in size):
         raise OutputError("film", found=f"a size of {size[0]}x{size[1]}", expected="even numbers of pixels, from 16 on")
     imageio = _encoder()
-    stage, every, done = _Stage(robot, size), max(1, round(fps / _FPS)), 0
+    stage, every, done = Stage(robot, size), max(1, round(fps / _FPS)), 0
     with aside(path) as beside:
         film = imageio.write_frames(str(beside), size, fps=fps / every, codec="libx264", quality=7, macro_block_size=2)
         film.send(None)
@@ -66,8 +66,12 @@ def _encoder() -> Any:
     return imageio_ffmpeg
 
 
-class _Stage:
-    """MuJoCo's renderer with a camera that follows the robot, and the ghost as a veil."""
+Bone = tuple[ndarray, ndarray, float, ndarray]
+"""From [m], to [m], radius [m], colour (rgba)."""
+
+
+class Stage:
+    """MuJoCo's renderer with a camera that follows the robot, the ghost as a veil, and a person of bones."""
 
     def __init__(self, robot: RobotModel, size: tuple[int, int]) -> None:
         import mujoco
@@ -85,14 +89,20 @@ class _Stage:
         self._camera, self._look = mujoco.MjvCamera(), np.full(3, np.nan)
         self._camera.distance, self._camera.azimuth, self._camera.elevation = 2.7, 150.0, -8.0
 
-    def draw(self, qpos: ndarray, ghost: ndarray | None) -> ndarray:
+    def look_at(self, place: ndarray, height: float) -> None:
+        """Turn the camera at once to a place on the floor and a height over it, from the front."""
+        self._look = np.array([*place, 0.9 * height])
+        self._camera.distance, self._camera.azimuth = 3.2 * height, 180.0
+
+    def draw(self, qpos: ndarray, ghost: ndarray | None, bones: Sequence[Bone] = ()) -> ndarray:
         """One picture (height, width, 3)."""
         mj, scene = self._mj, self._renderer.scene
         self._data.qpos[:] = qpos
         mj.mj_forward(self._model, self._data)
         aim = np.array([qpos[0], qpos[1], 0.75])
-        # The camera trails, so that steps are seen as steps.
-        self._look = aim if np.isnan(self._look).any() else self._look + 0.06 * (aim - self._look)
+        if not bones:
+            # The camera trails, so that steps are seen as steps.
+            self._look = aim if np.isnan(self._look).any() else self._look + 0.06 * (aim - self._look)
         self._camera.lookat[:] = self._look
         self._renderer.update_scene(self._data, self._camera)
         if ghost is not None:
@@ -104,7 +114,15 @@ class _Stage:
             )
             for g in scene.geoms[first : scene.ngeom]:
                 g.rgba[:], g.matid, g.transparent = _GHOST, -1, 1
+        for start, end, radius, rgba in bones:
+            geom = scene.geoms[scene.ngeom]
+            mj.mjv_initGeom(
+                geom, mj.mjtGeom.mjGEOM_CAPSULE, np.zeros(3), np.zeros(3), np.zeros(9), rgba.astype(np.float32)
+            )
+            mj.mjv_connector(geom, mj.mjtGeom.mjGEOM_CAPSULE, radius, start, end)
+            scene.ngeom += 1
         return np.asarray(self._renderer.render())
 
     def close(self) -> None:
+        """Give the renderer back."""
         self._renderer.close()

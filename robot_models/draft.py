@@ -19,10 +19,11 @@ from robot_models.source import open_spec
 if TYPE_CHECKING:
     import mujoco
 
-_STANDING = 1.5  # kp over the torque per radian at which a falling robot, or a hanging limb, balances
+_STANDING = 2.5  # kp over the torque per radian at which a falling robot, or a hanging limb, balances
 _DAMPING_S = 0.04  # kd over kp [s], as in the talos profile
 _ROTOR = 0.02  # armature where the file has none [kg m^2]
 _SPEED = 10.0  # speed limit where the file has none [rad/s]
+_UNLIKE = 0.3  # difference of left and right ranges that is doubted [rad]
 _BEND = 0.3  # of the knees in the default pose [rad]
 _GRAVITY = 9.81
 
@@ -247,8 +248,8 @@ class _Drawing:
         return lines
 
     def _pose(self) -> list[str]:
-        """Knees a little bent, feet level, where a leg pitches about y."""
-        lines = []
+        """Knees a little bent, feet level, where a leg pitches about y; everything else at zero, or as near as it goes."""
+        angles = dict.fromkeys(self._joints, 0.0)
         for side in FEET:
             chain = self._limbs.legs[side]
             knee = chain.index(self._landmarks[f"{side}_knee"])
@@ -256,16 +257,35 @@ class _Drawing:
             hip = next((k for k in range(knee) if pitches[k]), None)
             ankle = next((k for k in range(knee + 1, len(chain)) if pitches[k]), None)
             if hip is None or ankle is None or not pitches[knee]:
+                self._say("default_pose", f"the {side} leg stands straight: no hip, knee and ankle about y")
                 continue
             for k, angle in ((hip, -0.5 * _BEND), (knee, _BEND), (ankle, -0.5 * _BEND)):
-                joint = self._model.joint(int(self._model.body_jntadr[self._model.body(chain[k]).id]))
-                low, high = self._model.jnt_range[joint.id]
-                lines.append(f'"{joint.name}" = {float(np.clip(pitches[k] * angle, low, high)):.4f}')
-        self._say(
-            "default_pose",
-            f"knees bent by {_BEND} rad" if lines else "all joints at zero: no hip, knee and ankle about y",
-        )
-        return ["[default_pose]  # GUESSED", *lines]
+                angles[self._joint_of(chain[k])] = pitches[k] * angle
+        for name, angle in angles.items():
+            low, high = self._model.jnt_range[self._model.joint(name).id]
+            angles[name] = float(np.clip(angle, low, high))
+        self._say("default_pose", f"knees bent by {_BEND} rad, the rest at zero, inside the ranges")
+        return ["[default_pose]  # GUESSED", *(f'"{n}" = {a:.4f}' for n, a in angles.items() if a)]
+
+    def _doubt_ranges(self) -> None:
+        """Left and right of one robot have the same ranges, mirrored for axes that lie ahead or upright."""
+        for chains in (self._limbs.legs, self._limbs.arms):
+            for left, right in zip(chains["left"], chains["right"], strict=False):
+                names = self._joint_of(left), self._joint_of(right)
+                axes = [self._data.xaxis[self._model.joint(n).id] for n in names]
+                ranges = [self._model.jnt_range[self._model.joint(n).id] for n in names]
+                mirrored = axes[1] * [-1.0, 1.0, -1.0]
+                same = float(np.dot(axes[0], mirrored)) > 0.0
+                other = ranges[1] if same else -ranges[1][::-1]
+                off = float(np.abs(ranges[0] - other).max())
+                if off > _UNLIKE:
+                    self._say(
+                        "ranges in the model file",
+                        f"{names[0]}'s and {names[1]}'s differ by {off:.2f} rad: a fault?",
+                    )
+
+    def _joint_of(self, body: str) -> str:
+        return str(self._model.joint(int(self._model.body_jntadr[self._model.body(body).id])).name)
 
     def _pitch(self, body: str) -> int:
         """1 or -1 where the body's joint turns about y or -y, else 0."""
@@ -274,6 +294,7 @@ class _Drawing:
 
     def text(self) -> str:
         """The whole file."""
+        self._doubt_ranges()
         marks = [f'{k} = "{self._landmarks[k]}"' for k in LANDMARKS]
         tracked = [self._limbs.pelvis]
         tracked += [self._landmarks[f"{s}_{p}"] for s in FEET for p in ("hip", "knee", "foot")]

@@ -1,0 +1,152 @@
+"""A profile drafted from a model file alone: held against profiles made by hand, and tried on strangers."""
+
+import re
+import sysconfig
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from robot_models import FEET, RobotError, forward_kinematics, load_robot, read_profile
+from robot_models.draft import draft_profile, without_overlaps
+from robot_models.profile import PROFILES
+
+ASSETS = PROFILES.parent / "assets"
+SHARE = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
+
+
+def added(model, out):
+    draft = draft_profile(model, out.stem, out)
+    out.write_text(draft.text)
+    draft = without_overlaps(draft, out)
+    out.write_text(draft.text)
+    return load_robot(str(out)), draft
+
+
+@pytest.mark.parametrize("name", ["dancer", "g1"])
+def test_a_draft_finds_what_the_profile_made_by_hand_says(tmp_path, name):
+    known = load_robot(name)
+    robot, draft = added(ASSETS / f"{name}.xml", tmp_path / f"{name}.toml")
+    assert robot.joint_names == known.joint_names
+    pos, _ = forward_kinematics(known, np.concatenate(([0, 0, 1, 1, 0, 0, 0], np.zeros(len(known.joint_names))))[None])
+    place = {b: pos[0, i] for i, b in enumerate(known.body_names)}
+    for landmark, body in known.profile.landmarks.items():
+        drafted = robot.profile.landmarks[landmark]
+        assert drafted == body or np.linalg.norm(place[drafted] - place[body]) < 1e-6, landmark
+    for side in FEET:
+        a, b = robot.soles[side], known.soles[side]
+        assert a.body == b.body
+        if name == "dancer":  # G1's file of primitives has no soles; its meshes have
+            assert a.z == pytest.approx(b.z, abs=1e-3)
+            np.testing.assert_allclose([*a.x, *a.y], [*b.x, *b.y], atol=0.006)
+    assert any("velocity" in g for g in draft.guesses)  # an MJCF has none
+    assert draft.text.count("GUESSED") >= 6
+
+
+def test_what_was_drafted_does_not_touch_itself_where_it_stands(tmp_path):
+    from robot_models.surface import self_collision_depth
+
+    robot, _ = added(ASSETS / "dancer.xml", tmp_path / "r.toml")
+    assert self_collision_depth(robot, robot.default_qpos[None])[0] == 0.0
+
+
+def changed(tmp_path, *changes):
+    text = (ASSETS / "dancer.xml").read_text()
+    for pattern, new in changes:
+        text, count = re.subn(pattern, new, text)
+        assert count, pattern
+    path = tmp_path / "stranger.xml"
+    path.write_text(text)
+    return path
+
+
+def turned(tmp_path, quat):
+    """The dancer with its root turned inside a body that carries it."""
+    spec = mujoco.MjSpec.from_file(str(ASSETS / "dancer.xml"))
+    root = spec.worldbody.first_body()
+    for child in root.bodies:
+        pos, _ = np.array(child.pos), child.quat
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, np.array(quat, dtype=float))
+        child.pos = turn.reshape(3, 3) @ pos
+        out = np.zeros(4)
+        mujoco.mju_mulQuat(out, np.array(quat, dtype=float), np.array(child.quat))
+        child.quat = out
+    path = tmp_path / "turned.xml"
+    path.write_text(spec.to_xml())
+    return path
+
+
+@pytest.mark.parametrize(
+    ("quat", "message"),
+    [((0.7071068, 0.7071068, 0, 0), "stands along z"), ((0, 0, 0, 1), "that are not the world's at zero")],
+    ids=["lying", "backwards"],
+)
+def test_a_robot_that_does_not_face_ahead_at_zero_is_refused(tmp_path, quat, message):
+    with pytest.raises(RobotError, match=message):
+        draft_profile(turned(tmp_path, quat), "r", tmp_path / "r.toml")
+
+
+def test_a_joint_without_a_range_is_refused_by_name(tmp_path):
+    path = changed(tmp_path, (r'(name="left_knee"[^>]*?) range="[^"]*"', r'\1 limited="false"'))
+    with pytest.raises(RobotError, match="no position limit for left_knee"):
+        draft_profile(path, "r", tmp_path / "r.toml")
+
+
+def test_what_is_no_humanoid_is_refused(tmp_path):
+    (tmp_path / "arm.xml").write_text(
+        '<mujoco><worldbody><body name="a"><freejoint/><geom size=".1"/><body name="b" pos="0 0 .3"><joint name="j"'
+        ' range="-90 90"/><geom size=".1"/></body></body></worldbody></mujoco>'
+    )
+    with pytest.raises(RobotError, match="no two legs and two arms"):
+        draft_profile(tmp_path / "arm.xml", "arm", tmp_path / "arm.toml")
+
+
+def test_ranges_that_differ_left_and_right_are_doubted(tmp_path):
+    path = changed(tmp_path, (r'(name="left_knee"[^>]*? range=)"[^"]*"', r'\1"-0.1 0.9"'))
+    draft = draft_profile(path, "r", tmp_path / "r.toml")
+    assert any("left_knee's and right_knee's differ" in g for g in draft.guesses)
+    plain = draft_profile(ASSETS / "dancer.xml", "r", tmp_path / "r.toml")
+    assert not any("differ" in g for g in plain.guesses)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "file",
+    [
+        "romeo_description/urdf/romeo_small.urdf", "talos_data/robots/talos_full_v2.urdf",
+        "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf",
+    ],
+)  # fmt: skip
+def test_a_strangers_urdf_dances_at_once(tmp_path, file, capsys, monkeypatch):
+    if not (SHARE / file).is_file():
+        pytest.skip("example-robot-data is not installed")
+    from cli.robot import main
+
+    monkeypatch.chdir(tmp_path)
+    assert main(["add", str(SHARE / file), "--name", "stranger", "-o", "stranger.toml"]) == 0
+    said = capsys.readouterr().out
+    assert "stands 3.0 of 3 s" in said and "all gates hold" in said
+    error = re.search(r"limb direction error\s+([0-9.]+)", said)
+    assert error and float(error[1]) < 6.0
+    assert (tmp_path / "stranger_check.rrd").stat().st_size > 1e5
+    assert read_profile(tmp_path / "stranger.toml").name == "stranger"
+
+
+def test_the_command_does_not_write_over_a_profile(tmp_path, capsys, monkeypatch):
+    from cli.robot import main
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "dancer.toml").write_text("mine")
+    assert main(["add", str(ASSETS / "dancer.xml")]) == 2
+    assert "there already" in capsys.readouterr().err
+    assert (tmp_path / "dancer.toml").read_text() == "mine"
+
+
+def test_the_command_lists_the_robots(capsys):
+    from cli.robot import main
+
+    assert main(["list"]) == 0
+    said = capsys.readouterr().out
+    assert "dancer" in said and "Unitree G1" in said
