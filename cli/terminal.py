@@ -46,6 +46,8 @@ class FileOptions:
     """Height of the person in metres; settles the scale of a file in unknown units."""
     quat_order: str | None = None
     """Order of its root quaternions: wxyz or xyzw."""
+    joint_order: str | None = None
+    """Order of its joint columns, where they have no names: mujoco (depth-first) or isaac (breadth-first)."""
     source_robot: str | None = None
     """The robot that a joint-space file was made for."""
     skeleton: str | None = None
@@ -63,6 +65,7 @@ class FileOptions:
             up=self.up,
             stature=self.stature,
             quat_order=self.quat_order,
+            joint_order=self.joint_order,
             robot=self.source_robot,
             skeleton=self.skeleton,
             mapping=self.mapping,

@@ -21,6 +21,9 @@ from robot_models import rotation as rot
 
 _PROBE_FRAMES = 400
 _OTHER = {"xyzw": "wxyz", "wxyz": "xyzw"}
+_SOME = 0.25  # per cent of values beyond their ranges that a file read rightly may have
+_MOST_BEYOND = 0.02  # share of them that no robot's own file has
+_MOST_TILT = 0.06  # median height of the lower sole's edge over its other edge [m]
 _RIGHT_IS_CLEAR = 1.5  # the wrong order's floor must be this many times rougher
 
 
@@ -61,6 +64,77 @@ def choose_layout(raw: RawFile, count: int, options: ReadOptions) -> tuple[str, 
         option="robot",
         suggestion=fits[0][0] if fits else "my_robot.toml",
     )
+
+
+def joint_order(
+    raw: RawFile,
+    robot: str,
+    names: tuple[str, ...],
+    root_pos: Float[ndarray, "T 3"],
+    root_quat: Float[ndarray, "T 4"],
+    joint_pos: Float[ndarray, "T J"],
+    options: ReadOptions,
+) -> tuple[tuple[str, ...], Finding]:
+    """Names of nameless joint columns: MuJoCo's depth-first order, or Isaac's breadth-first where that fits and the other does not.
+
+    Read rightly, angles stay in their ranges and the lower sole lies flat on one floor.
+
+    Args:
+        raw: the file, for messages.
+        robot: key in the robot catalogue.
+        names: of the joints, depth-first.
+        root_pos: [m].
+        root_quat: in either order.
+        joint_pos: columns of the file [rad].
+        options: what the user states.
+
+    Raises:
+        ClipError: neither order is clearly the right one.
+    """
+    model = load_robot(robot)
+    orders = {"mujoco": names, "isaac": tuple(n for n in breadth_first(model) if n in names)}
+    if options.joint_order is not None:
+        return orders[options.joint_order], Finding(
+            what="joint order", value=options.joint_order, why="given", confidence="stated", option="joint_order"
+        )
+    fits = {}
+    for label, order in orders.items():
+        columns = [model.joint(n) for n in order]
+        beyond = np.maximum(model.lower[columns] - joint_pos, joint_pos - model.upper[columns])
+        rough = min(
+            _roughness(model, columns, root_pos, _unit_wxyz(raw, root_quat, q), joint_pos) for q in ("xyzw", "wxyz")
+        )
+        fits[label] = 100.0 * float((beyond > 0.2).mean()), 1000.0 * rough
+    told = ", ".join(f"{k}: {a:.2f} % beyond the ranges, soles rough by {b:.0f} mm" for k, (a, b) in fits.items())
+    (share, rough), (share_isaac, rough_isaac) = fits["mujoco"], fits["isaac"]
+    if share > _SOME >= share_isaac and rough_isaac < rough / _RIGHT_IS_CLEAR:
+        return orders["isaac"], Finding(
+            what="joint order", value="isaac", why=told, confidence="measured", option="joint_order"
+        )
+    if share > _SOME and share_isaac < 0.5 * share:
+        raise ClipError(
+            raw.name, found=f"no clear joint order ({told})", expected="one that keeps the ranges and stands on a floor",
+            cure="state it", option="joint_order", suggestion="isaac",
+        )  # fmt: skip
+    clear = share <= _SOME < share_isaac or rough < rough_isaac
+    return names, Finding(
+        what="joint order",
+        value="mujoco",
+        why=told,
+        confidence="measured" if clear else "assumed",
+        option="joint_order",
+    )
+
+
+def breadth_first(robot: RobotModel) -> tuple[str, ...]:
+    """Joint names in Isaac's order: level by level down the tree, siblings in file order."""
+    m = robot.model
+    level = [robot.body_ids[0]]
+    names = []
+    while level:
+        level = [b for parent in level for b in range(1, m.nbody) if m.body_parentid[b] == parent and b != parent]
+        names += [m.joint(int(m.body_jntadr[b])).name for b in level if m.body_jntnum[b]]
+    return tuple(names)
 
 
 def robot_clip(
@@ -152,11 +226,9 @@ def _quat_order(
         return Finding(what="quaternion order", value=value, why=why, confidence="stated", option="quat_order")
     rough, upright = {}, {}
     for name in ("xyzw", "wxyz"):
-        corners, up = _posed(model, order, root_pos, _unit_wxyz(raw, root_quat, name), joint_pos)
-        # Spread of the lower sole's height plus its tilt: both are small only for the right order.
-        tilt = np.ptp(corners[..., 2], axis=2).min(axis=1)
-        rough[name] = float(np.std(corners[..., 2].min(axis=(1, 2))) + np.median(tilt))
-        upright[name] = up
+        quat = _unit_wxyz(raw, root_quat, name)
+        rough[name] = _roughness(model, order, root_pos, quat, joint_pos)
+        upright[name] = _posed(model, order, root_pos, quat, joint_pos)[1]
     best, other = sorted(rough, key=lambda n: (upright[n] < 0.0 < upright[_OTHER[n]] - 0.5, rough[n]))
     why = (
         f"lower sole rough by {1000 * rough[best]:.0f} mm and pelvis up {upright[best]:.2f} read so, "
@@ -187,6 +259,17 @@ def _posed(
     return corners, float(np.median(up))
 
 
+def _roughness(model: RobotModel, order: list[int], root_pos: ndarray, quat: ndarray, joint_pos: ndarray) -> float:
+    """Spread of the lower sole's height plus its tilt [m]: both are small only for a file read rightly."""
+    corners, _ = _posed(model, order, root_pos, quat, joint_pos)
+    return float(np.std(corners[..., 2].min(axis=(1, 2))) + np.median(_tilt(corners)))
+
+
+def _tilt(corners: Float[ndarray, "T 2 4 3"]) -> Float[ndarray, "T"]:
+    """How much higher than its lowest corner the highest corner of the flatter sole is [m]."""
+    return np.asarray(np.ptp(corners[..., 2], axis=2).min(axis=1))
+
+
 def _check_height(
     raw: RawFile, model: RobotModel, order: list[int], root_pos: ndarray, quat: ndarray, joint_pos: ndarray
 ) -> None:
@@ -200,6 +283,15 @@ def _check_height(
             expected="a robot on its feet: metres, z up, and the right quaternion order",
             cure="check unit and axes of the root columns, or state the order",
             option="quat_order",
+        )
+    tilt = float(np.median(_tilt(corners)))
+    if tilt > _MOST_TILT:
+        raise ClipError(
+            raw.name,
+            found=f"the flatter sole tilted by {1000 * tilt:.0f} mm in half of all frames, read as {model.name}",
+            expected=f"feet that stand flat now and then: {model.name}'s joints in a known order",
+            cure="the columns may stand in another order, or belong to another robot",
+            option="robot",
         )
 
 
@@ -242,7 +334,7 @@ def _check_limits(raw: RawFile, model: RobotModel, order: list[int], joint_pos: 
             f"{raw.name}, joint '{name}'", found=f"an angle of {np.abs(joint_pos).max():.3g}", expected="radians",
             cure="the file seems to hold degrees: convert it",
         )  # fmt: skip
-    if share > 0.05:
+    if share > _MOST_BEYOND:
         raise ClipError(
             f"{raw.name}, joint '{name}'",
             found=f"{100 * share:.0f} % of all joint values over 0.2 rad outside {model.name}'s limits",

@@ -70,6 +70,7 @@ class ReadOptions:
     up: str | None = None  # "x", "y", "z", with a minus for the other way
     stature: float | None = None  # height of the person [m]; settles the scale of a file in unknown units
     quat_order: str | None = None  # "wxyz" or "xyzw"
+    joint_order: str | None = None  # "mujoco" (depth-first) or "isaac" (breadth-first), of columns without names
     robot: str | None = None  # the robot that a joint-space file was made for
     skeleton: str | None = None  # path of the ASF that an AMC was recorded on
     mapping: str | None = None  # path of a file that says which point is which part of the body
@@ -78,6 +79,7 @@ class ReadOptions:
         _one_of("fps", self.fps, self.fps is None or 0.0 < self.fps < 10_000.0, "a number above 0")
         _one_of("up", self.up, self.up in (None, "x", "y", "z", "-x", "-y", "-z"), "x, y, z, -x, -y or -z")
         _one_of("quat_order", self.quat_order, self.quat_order in (None, "wxyz", "xyzw"), "wxyz or xyzw")
+        _one_of("joint_order", self.joint_order, self.joint_order in (None, "mujoco", "isaac"), "mujoco or isaac")
         _one_of("stature", self.stature, self.stature is None or 0.3 < self.stature < 3.0, "metres, 0.3 to 3")
         if self.unit is not None and self.unit not in UNITS:
             try:

@@ -14,8 +14,7 @@ from numpy import ndarray
 from clips.clip import RobotClip
 from clips.errors import ClipError
 from clips.files import write_whole
-from clips.joint_space import full_qpos
-from clips.readers.npz import breadth_first
+from clips.joint_space import breadth_first, full_qpos
 from clips.reference import FREE, Reference, make_reference
 from clips.resample import resample
 from robot_models import RobotModel

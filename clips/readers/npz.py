@@ -15,7 +15,7 @@ from numpy import ndarray
 from clips import smpl
 from clips.clip import Clip, RobotClip
 from clips.errors import ClipError
-from clips.joint_space import choose_layout, robot_clip
+from clips.joint_space import breadth_first, choose_layout, robot_clip
 from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models import RobotModel, forward_kinematics, load_robot
 from robot_models import rotation as rot
@@ -193,17 +193,6 @@ def _order_by_kinematics(
         expected="body_pos_w that follows from joint_pos", cure="name the robot it was made for", option="robot",
         suggestion="my_robot.toml",
     )  # fmt: skip
-
-
-def breadth_first(robot: RobotModel) -> tuple[str, ...]:
-    """Joint names in Isaac's order: level by level down the tree, siblings in file order."""
-    m = robot.model
-    level = [robot.body_ids[0]]
-    names = []
-    while level:
-        level = [b for parent in level for b in range(1, m.nbody) if m.body_parentid[b] == parent and b != parent]
-        names += [m.joint(int(m.body_jntadr[b])).name for b in level if m.body_jntnum[b]]
-    return tuple(names)
 
 
 def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:

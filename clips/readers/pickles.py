@@ -24,7 +24,7 @@ from numpy import ndarray
 from clips import smpl
 from clips.clip import Clip, HumanClip, RobotClip
 from clips.errors import ClipError
-from clips.joint_space import choose_layout, robot_clip
+from clips.joint_space import choose_layout, joint_order, robot_clip
 from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models import rotation as rot
 
@@ -308,21 +308,36 @@ def _joint_space(
         raise ClipError(f"{raw.name}, fps", found=_told(fps), expected="frames per second", option="fps") from e
     why = "given" if options.fps is not None else "key 'fps'"
     joints = _numbers(raw, "joint angles", dof)
+    root_pos, root_quat = _numbers(raw, "root position", pos), _numbers(raw, "root rotation", quat)
+    _check_root(raw, root_pos, root_quat, joints)
     robot, names, finding = choose_layout(raw, joints.shape[1], options)
+    names, column_order = joint_order(raw, robot, names, root_pos, root_quat, joints, options)
     return robot_clip(
         raw,
         dialect=dialect,
         fps=rate,
         robot=robot,
         joint_names=names,
-        root_pos=_numbers(raw, "root position", pos),
-        root_quat=_numbers(raw, "root rotation", quat),
+        root_pos=root_pos,
+        root_quat=root_quat,
         quat_order=order,
         joint_pos=joints,
         options=options,
-        findings=[Finding(what="fps", value=f"{rate:.6g}", why=why, confidence="stated", option="fps"), finding],
+        findings=[
+            Finding(what="fps", value=f"{rate:.6g}", why=why, confidence="stated", option="fps"),
+            finding,
+            column_order,
+        ],
         conversions=conversions,
     )
+
+
+def _check_root(raw: RawFile, pos: ndarray, quat: ndarray, joints: ndarray) -> None:
+    if pos.shape[1:] != (3,) or quat.shape[1:] != (4,) or not len(pos) == len(quat) == len(joints):
+        raise ClipError(
+            raw.name, found=f"root positions {pos.shape}, rotations {quat.shape} and joints {joints.shape}",
+            expected="frames by 3, 4 and joints",
+        )  # fmt: skip
 
 
 def _numbers(raw: RawFile, what: str, value: Any) -> ndarray:

@@ -14,7 +14,7 @@ from numpy import ndarray
 from clips import table
 from clips.clip import RobotClip
 from clips.errors import ClipError
-from clips.joint_space import choose_layout, robot_clip
+from clips.joint_space import choose_layout, joint_order, robot_clip
 from clips.source import Finding, RawFile, ReadOptions
 from clips.table import Table
 from robot_models import installed, load_robot, robot_names
@@ -61,6 +61,7 @@ def read(raw: RawFile, options: ReadOptions) -> RobotClip:
 def _headless(raw: RawFile, data: Table, fps: float, options: ReadOptions, findings: list[Finding]) -> RobotClip:
     """Unitree: root xyz [m], quaternion, joints [rad] in MuJoCo order."""
     robot, names, finding = choose_layout(raw, data.values.shape[1] - 7, options)
+    names, order = joint_order(raw, robot, names, data.values[:, :3], data.values[:, 3:7], data.values[:, 7:], options)
     return robot_clip(
         raw,
         dialect=f"headerless robot CSV, {data.values.shape[1]} columns",
@@ -72,7 +73,7 @@ def _headless(raw: RawFile, data: Table, fps: float, options: ReadOptions, findi
         quat_order=None,
         joint_pos=data.values[:, 7:],
         options=options,
-        findings=[*findings, finding],
+        findings=[*findings, finding, order],
         repairs=data.repairs,
     )
 

@@ -7,7 +7,7 @@ import pytest
 from conftest import SAMPLES
 
 from clips import ClipError, HumanClip, ReadOptions, RobotClip, full_qpos, read_clip
-from clips.readers.npz import breadth_first
+from clips.joint_space import breadth_first
 from robot_models import forward_kinematics, load_robot
 from robot_models import rotation as rot
 
