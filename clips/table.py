@@ -78,7 +78,7 @@ def parse(raw: RawFile, *, named_points: bool = False) -> Table:
     rows = body[1:] if has_header else body
     columns = tuple(first) if has_header else ()
     values = _numbers(raw, rows, len(first), separator)
-    if columns and columns[-1] == "" and np.isnan(values[:, -1]).all():
+    if (not columns or columns[-1] == "") and values.shape[1] > 1 and np.isnan(values[:, -1]).all():
         columns, values = columns[:-1], values[:, :-1]
         notes.append("empty last column dropped")
     table = Table(raw=raw, columns=columns, values=values, fps=None, fps_why="", notes=tuple(notes))
