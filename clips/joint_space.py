@@ -182,9 +182,9 @@ def robot_clip(
     finding = _quat_order(raw, model, order, root_pos, root_quat, quat_order, joint_pos, options)
     quat = _unit_wxyz(raw, root_quat, finding.value)
     limits = _check_limits(raw, model, order, joint_pos)
-    _check_height(raw, model, order, root_pos, quat, joint_pos)
+    stands = _stands(raw, model, order, root_pos, quat, joint_pos)
     absent = [j for j in model.joint_names if j not in joint_names]
-    notes = [*findings, finding, limits]
+    notes = [*findings, finding, limits, *stands]
     if absent:
         why = f"{len(joint_names)} of {len(model.joint_names)} joints are in the file"
         notes.append(
@@ -270,9 +270,9 @@ def _tilt(corners: Float[ndarray, "T 2 4 3"]) -> Float[ndarray, "T"]:
     return np.asarray(np.ptp(corners[..., 2], axis=2).min(axis=1))
 
 
-def _check_height(
+def _stands(
     raw: RawFile, model: RobotModel, order: list[int], root_pos: ndarray, quat: ndarray, joint_pos: ndarray
-) -> None:
+) -> list[Finding]:
     """Centimetres for metres, or a root that is no pelvis, show as soles far from the floor."""
     corners, up = _posed(model, order, root_pos, quat, joint_pos)
     low = float(np.percentile(corners[..., 2].min(axis=(1, 2)), 5.0))
@@ -293,6 +293,13 @@ def _check_height(
             cure="the columns may stand in another order, or belong to another robot",
             option="robot",
         )
+    soles = f"the lower sole is {1000 * low:.0f} mm over z = 0 and tilted by {1000 * tilt:.0f} mm"
+    return [
+        Finding(what="unit", value="m, rad", why=soles, confidence="measured"),
+        Finding(
+            what="up axis", value="z", why=f"the pelvis' upward direction along it: {up:.2f}", confidence="measured"
+        ),
+    ]
 
 
 def _unwrapped(model: RobotModel, order: list[int], joint_pos: ndarray) -> tuple[ndarray, list[Repair]]:

@@ -1,6 +1,7 @@
 """Real files that nobody in this project made: what the readers recognise is what their makers say of them."""
 
 import csv
+import re
 
 import numpy as np
 import pytest
@@ -45,6 +46,42 @@ def test_frames_rate_units_and_orders_are_those_of_the_manifest(shared, file):
         assert 1.4 < clip.height < 1.95
     elif row["rotation"] in ("xyzw", "wxyz"):
         assert found["quaternion order"] == row["rotation"]
+
+
+def rows_of_the_readme(shared):
+    """file -> cells of the table "What is in each file", for the files that are stored."""
+    lines = [line for line in (shared / "README.md").read_text().splitlines() if line.startswith("| `")]
+    cells = [[c.strip() for c in line.strip("|").split(" | ")] for line in lines]
+    head = ("file", "fps", "frames", "s", "units", "up", "rotation", "skeleton")
+    return {c[0].strip("`"): dict(zip(head, c, strict=False)) for c in cells if len(c) == 9}
+
+
+@pytest.mark.parametrize("file", [*FILES, "c3d/btk_gait.c3d"])
+def test_inspection_prints_the_conventions_that_the_readme_states(shared, file, capsys):
+    from cli.inspect import main
+
+    row = rows_of_the_readme(shared)[file]
+    told_elsewhere = "(in file)" not in row["fps"] and file in RATES
+    assert main([str(shared / file), *(["--fps", row["fps"].split()[0]] if told_elsewhere else [])]) == 0
+    said = capsys.readouterr().out
+    lines = {line[:18].strip(): line[18:].strip() for line in said.splitlines() if line[:1].strip()}
+    left_out = sum(int(n) for n in re.findall(r"frames left out[^:]*: (\d+) frames", said))
+    assert int(lines["length"].split()[0]) + left_out == int(row["frames"])
+    assert float(lines["fps"]) == pytest.approx(float(row["fps"].split()[0]), rel=1e-3)
+    assert lines["up axis"] == row["up"].lower()
+    unit = {"m, rad": ("m, rad", "m"), "cm, deg": ("cm",), "mm": ("mm",)}.get(row["units"])
+    if unit:
+        assert lines["unit"] in unit
+    elif "5.64" in row["units"] or "0.45" in row["units"]:
+        assert lines["unit"] == "cmu"
+    else:  # FAIR's own unit: no custom, so a stature is assumed and said to be
+        assert float(lines["unit"].split()[0]) == pytest.approx(0.039, rel=0.1)
+        assert "assumed" in said and "--stature" in said
+    if row["rotation"].startswith(("xyzw", "wxyz")) and "G1" in row["skeleton"]:
+        assert lines["quaternion order"] == row["rotation"][:4]
+    if file.startswith("bvh") and "as above" not in row["rotation"]:
+        orders = re.findall(r"[XYZ]{3}|[XYZ]rot [XYZ]rot [XYZ]rot", row["rotation"])
+        assert {o.replace("rot", "").replace(" ", "") for o in orders} <= set(lines["Euler order"].split(", "))
 
 
 def test_one_dance_in_five_files_is_one_dance(shared):
