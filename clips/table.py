@@ -65,19 +65,20 @@ def parse(raw: RawFile, *, named_points: bool = False) -> Table:
     lines = raw.text().splitlines()
     notes = ["byte-order mark dropped"] if raw.data.startswith(b"\xef\xbb\xbf") else []
     rates = [m.group(1) for line in lines[:20] if (m := _RATE.match(line.strip()))]
-    body = [(i + 1, line) for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    body = [line for line in lines if not _empty(line)]
     if len(body) < 2:
         raise ClipError(raw.name, found=f"{len(body)} rows", expected="a row per frame")
-    separator = _separator(body[0][1])
+    separator = _separator(body[0])
     if separator != ",":
         notes.append(f"separator {separator!r}")
-    first = [c.strip().strip('"') for c in _split(body[0][1], separator)]
+    first = [c.strip().strip('"') for c in _split(body[0], separator)]
     if len(first) > _WIDEST:
         raise ClipError(raw.name, found=f"{len(first)} columns", expected=f"at most {_WIDEST}: a body has no more")
     has_header = not all(_is_number(c, separator) for c in first if c)
-    rows = body[1:] if has_header else body
     columns = tuple(first) if has_header else ()
-    values = _numbers(raw, rows, len(first), separator)
+    values = _numbers(body[has_header:], len(first), separator)
+    if values is None:
+        raise _fault(raw, lines, has_header, len(first), separator)
     if (not columns or columns[-1] == "") and values.shape[1] > 1 and np.isnan(values[:, -1]).all():
         columns, values = columns[:-1], values[:, :-1]
         notes.append("empty last column dropped")
@@ -104,34 +105,48 @@ def _is_number(cell: str, separator: str) -> bool:
         return False
 
 
-def _numbers(raw: RawFile, rows: list[tuple[int, str]], width: int, separator: str) -> ndarray:
-    """All cells as floats; pandas parses, and on trouble the row at fault is looked up for the message."""
+def _empty(line: str) -> bool:
+    """Nothing, or a comment."""
+    return not line or line.isspace() or line.lstrip()[:1] == "#"
+
+
+def _numbers(rows: list[str], width: int, separator: str) -> ndarray | None:
+    """All cells as floats; None for a table that is ragged or holds text."""
     import pandas as pd
 
-    text = "\n".join(line for _, line in rows)
+    text = "\n".join(rows)
     decimal = "," if separator != "," and re.search(r"\d,\d", text) else "."
-    even = all(
-        len(line.split()) == width if separator == " " else line.count(separator) + 1 == width for _, line in rows
+    # pandas fills short rows up and refuses long ones: with the right number of separators in all, neither is there.
+    even = (
+        all(len(row.split()) == width for row in rows)
+        if separator == " "
+        else text.count(separator) == (width - 1) * len(rows)
     )
+    if not even:
+        return None
     try:
-        if even:
-            frame = pd.read_csv(
-                io.StringIO(text), header=None, sep=r"\s+" if separator == " " else separator, decimal=decimal,
-                dtype=float, skipinitialspace=True,
-            )  # fmt: skip
-            return np.asarray(frame.to_numpy(dtype=float))
+        frame = pd.read_csv(
+            io.StringIO(text), header=None, sep=r"\s+" if separator == " " else separator, decimal=decimal, dtype=float,
+            skipinitialspace=True,
+        )  # fmt: skip
     except ValueError:
-        pass
-    for number, line in rows:
+        return None
+    return np.asarray(frame.to_numpy(dtype=float))
+
+
+def _fault(raw: RawFile, lines: list[str], has_header: bool, width: int, separator: str) -> ClipError:
+    """The first row that is no row of numbers."""
+    rows = [(i + 1, line) for i, line in enumerate(lines) if not _empty(line)]
+    for number, line in rows[has_header:]:
         cells = _split(line, separator)
         if len(cells) != width:
-            raise ClipError(
+            return ClipError(
                 f"{raw.name}, row {number}", found=f"{len(cells)} columns", expected=f"{width} as in the first row"
             )
         for k, cell in enumerate(cells):
             if cell.strip() and not _is_number(cell.strip(), separator):
-                raise ClipError(f"{raw.name}, row {number}, column {k + 1}", found=f"'{cell}'", expected="a number")
-    raise ClipError(raw.name, found="a table that does not parse", expected="plain numbers, one row per frame")
+                return ClipError(f"{raw.name}, row {number}, column {k + 1}", found=f"'{cell}'", expected="a number")
+    return ClipError(raw.name, found="a table that does not parse", expected="plain numbers, one row per frame")
 
 
 def _with_rate(table: Table, rates: list[str], named_points: bool) -> Table:

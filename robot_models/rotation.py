@@ -137,10 +137,10 @@ def from_axes(x: Float[ndarray, "... 3"], y_hint: Float[ndarray, "... 3"]) -> Fl
     return from_matrix(np.stack((x, cross(z, x), z), axis=-1))
 
 
-def from_euler(angles: Float[ndarray, "... 3"], order: str) -> Float[ndarray, "... 4"]:
-    """Intrinsic turns about the axes named in `order`, applied left to right; angles in rad in that order."""
+def from_euler(angles: Float[ndarray, "... k"], order: str) -> Float[ndarray, "... 4"]:
+    """Intrinsic turns about the k axes named in `order`, applied left to right; angles in rad in that order."""
     q = exp(angles[..., :1] * np.eye(3)["XYZ".index(order[0])])
-    for i in (1, 2):
+    for i in range(1, len(order)):
         q = multiply(q, exp(angles[..., i : i + 1] * np.eye(3)["XYZ".index(order[i])]))
     return q
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -17,6 +18,7 @@ from clips.source import Finding, RawFile, ReadOptions
 from robot_models import rotation as rot
 
 _MOST_JOINTS, _MOST_ENDS = 1000, 100
+_BLOCK = 2048  # frames worked on at a time
 _CHANNEL = re.compile(r"[XYZ](position|rotation)", re.IGNORECASE)
 
 
@@ -119,7 +121,11 @@ def _parse_motion(text: str, width: int, where: str) -> tuple[float, ndarray]:
         if words[0] != "Frames:" or words[2:4] != ["Frame", "Time:"]:
             raise ValueError("no 'Frames:' and 'Frame Time:' lines")
         frames, dt = int(words[1]), float(words[4])
-        values = np.array((words[5] if len(words) > 5 else "").split(), dtype=float)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)  # text that is no number ends numpy's reading with one
+            values = np.fromstring(words[5] if len(words) > 5 else "", sep=" ")
+    except DeprecationWarning as e:
+        raise ClipError(f"{where}, MOTION", found="text among the numbers", expected="numbers") from e
     except (IndexError, ValueError) as e:
         raise ClipError(
             f"{where}, MOTION", found=f"text that is no motion ({e})", expected="Frames, Frame Time, rows"
@@ -150,47 +156,61 @@ def _rotation_order(joint: _Joint) -> str:
 
 def _pose(joints: list[_Joint], values: Float[ndarray, "T W"]) -> tuple[ndarray, ndarray, Finding]:
     """World positions and orientations of every joint, in the file's axes and unit."""
-    frames = len(values)
-    positions = np.zeros((frames, len(joints), 3))
-    turns = np.tile(rot.IDENTITY, (frames, len(joints), 1))
-    column, added = 0, []
-    for i, joint in enumerate(joints):
-        block = values[:, column : column + len(joint.channels)]
-        column += len(joint.channels)
-        local, is_added = _translation(joint, block)
-        if is_added:
-            added.append(joint.name)
-        angles = [k for k, c in enumerate(joint.channels) if c.lower().endswith("rotation")]
-        local_turn = np.broadcast_to(rot.IDENTITY, (frames, 4))
-        for k in angles:
-            axis = np.eye(3)["XYZ".index(joint.channels[k][0].upper())]
-            local_turn = rot.multiply(local_turn, rot.exp(np.radians(block[:, k : k + 1]) * axis))
-        if joint.parent < 0:
-            positions[:, i], turns[:, i] = local, local_turn
-        else:
-            parent = turns[:, joint.parent]
-            positions[:, i] = positions[:, joint.parent] + rot.rotate(parent, local)
-            turns[:, i] = rot.multiply(parent, local_turn)
+    positions = np.empty((len(values), len(joints), 3))
+    turns = np.empty((len(values), len(joints), 4))
+    added = _added(joints, values)
+    for first in range(0, len(values), _BLOCK):  # so that what is worked on stays in the cache
+        block = slice(first, first + _BLOCK)
+        _pose_block(joints, values[block], added, positions[block], turns[block])
     moving = sum(any(c.lower().endswith("position") for c in j.channels) for j in joints)
-    value = f"added to OFFSET at {', '.join(added)}" if added else "in place of OFFSET"
+    names = [joints[i].name for i in added]
+    value = f"added to OFFSET at {', '.join(names)}" if names else "in place of OFFSET"
     why = f"{moving} joints have position channels; theirs are compared with OFFSET"
     return positions, turns, Finding(what="position channels", value=value, why=why, confidence="measured")
 
 
-def _translation(joint: _Joint, block: ndarray) -> tuple[ndarray, bool]:
-    """Local translation per frame.
+def _pose_block(
+    joints: list[_Joint], values: Float[ndarray, "T W"], added: set[int], positions: ndarray, turns: ndarray
+) -> None:
+    """Forward kinematics into `positions` and `turns`."""
+    column = 0
+    for i, joint in enumerate(joints):
+        block = values[:, column : column + len(joint.channels)]
+        column += len(joint.channels)
+        moved = _moved(joint, block)
+        local = np.array(joint.offset) if moved is None else moved + np.array(joint.offset) * (i in added)
+        angles = [k for k, c in enumerate(joint.channels) if c.lower().endswith("rotation")]
+        turn = rot.from_euler(np.radians(block[:, angles]), _rotation_order(joint)) if angles else rot.IDENTITY
+        if joint.parent < 0:
+            positions[:, i], turns[:, i] = local, turn
+        else:
+            parent = turns[:, joint.parent]
+            positions[:, i] = positions[:, joint.parent] + rot.rotate(parent, local)
+            turns[:, i] = rot.multiply(parent, turn)
 
-    Position channels stand in place of OFFSET, or, where they hover near zero beside a real offset, on top of it:
-    adding both where they repeat each other would double the bones.
+
+def _added(joints: list[_Joint], values: Float[ndarray, "T W"]) -> set[int]:
+    """Joints whose position channels hover near zero beside a real offset, and so stand on top of it.
+
+    Elsewhere they stand in place of OFFSET: adding both where they repeat each other would double the bones.
     """
-    offset = np.array(joint.offset)
-    local = np.tile(offset, (len(block), 1))
+    found, column = set(), 0
+    for i, joint in enumerate(joints):
+        moved = _moved(joint, values[:, column : column + len(joint.channels)])
+        column += len(joint.channels)
+        size = float(np.linalg.norm(joint.offset))
+        if moved is not None and size > 0.0 and joint.parent >= 0:
+            if np.median(np.linalg.norm(moved, axis=1)) < 0.2 * size:
+                found.add(i)
+    return found
+
+
+def _moved(joint: _Joint, block: Float[ndarray, "T C"]) -> Float[ndarray, "T 3"] | None:
+    """What the joint's position channels say; None where it has none."""
     columns = [(k, "XYZ".index(c[0].upper())) for k, c in enumerate(joint.channels) if c.lower().endswith("position")]
     if not columns:
-        return local, False
+        return None
     moved = np.zeros((len(block), 3))
     for k, axis in columns:
         moved[:, axis] = block[:, k]
-    size = np.linalg.norm(offset)
-    added = bool(size > 0.0 and joint.parent >= 0 and np.median(np.linalg.norm(moved, axis=1)) < 0.2 * size)
-    return (local + moved if added else moved), added
+    return moved

@@ -273,6 +273,8 @@ def _phc(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> Robo
 
 def _mimickit(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> RobotClip:
     frames = _numbers(raw, "frames", content["frames"])
+    if frames.shape[1] < 7:
+        raise ClipError(f"{raw.name}, frames", found=f"{frames.shape[1]} columns", expected="3 + 3 + joints")
     quat = rot.exp(frames[:, 3:6])
     return _joint_space(
         raw, "MimicKit pickle", content.get("fps"), frames[:, :3], quat, "wxyz", frames[:, 6:], options,
