@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy import ndarray
 
-from clips.clip import HumanClip
+from clips.clip import MIN_FRAMES, HumanClip
 from clips.errors import ClipError
 from clips.human import human_clip
 from clips.source import Finding, RawFile, ReadOptions
@@ -59,10 +59,10 @@ def read(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> Hum
     from clips.readers.npz import rate
 
     poses, trans = np.asarray(data["poses"], dtype=float), np.asarray(data["trans"], dtype=float)
-    if poses.ndim != 2 or poses.shape[1] not in _FAMILY or len(poses) != len(trans):
+    if poses.ndim != 2 or poses.shape[1] not in _FAMILY or trans.shape != (len(poses), 3) or len(poses) < MIN_FRAMES:
         raise ClipError(
             f"{raw.name}, poses", found=f"shape {poses.shape} with trans {trans.shape}",
-            expected="frames by 66, 72 (SMPL), 156 (SMPL-H) or 165 (SMPL-X)",
+            expected="frames by 66, 72 (SMPL), 156 (SMPL-H) or 165 (SMPL-X), and by 3",
         )  # fmt: skip
     # AMASS spells the key in two ways: SMPL-H files without, SMPL-X files with the second underscore.
     fps, finding = rate(raw, data, options, "mocap_framerate", "mocap_frame_rate", "fps")
