@@ -82,10 +82,11 @@ def human_clip(
     scale, unit_finding = (
         find_unit(leg_lengths(positions, names, known), options, raw.name) if unit is None else (1.0, unit)
     )
-    points = scale * rot.rotate(np.broadcast_to(turn, (*positions.shape[:-1], 4)), positions)
-    turns = None
-    if orientations is not None:
-        turns = rot.continuous(rot.normalise(rot.multiply(np.broadcast_to(turn, orientations.shape), orientations)))
+    points, turns = np.empty_like(positions), None if orientations is None else np.empty_like(orientations)
+    for k in range(len(names)):  # point by point: an hour has no room for copies of everything
+        points[:, k] = scale * rot.rotate(turn, positions[:, k])
+        if turns is not None and orientations is not None:
+            turns[:, k] = rot.continuous(rot.normalise(rot.multiply(turn, orientations[:, k])))
     height = stature(leg_lengths(points, names, known))
     _check_height(height, scale, unit_finding, raw.name)
     facing = _check_handedness(points, names, known, raw.name)

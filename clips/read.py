@@ -7,11 +7,11 @@ from types import ModuleType
 
 from clips.clip import Clip
 from clips.errors import ClipError
-from clips.readers import amc, bvh, c3d, deepmimic, npz, pickles, points_csv, robot_csv
+from clips.readers import amc, bvh, c3d, deepmimic, npz, pickles, points_csv, robot_csv, torch_motion
 from clips.source import RawFile, ReadOptions
 
 # Asked in this order; the first that recognises the content reads it.
-READERS: tuple[ModuleType, ...] = (bvh, amc, deepmimic, c3d, npz, pickles, points_csv, robot_csv)
+READERS: tuple[ModuleType, ...] = (bvh, amc, deepmimic, c3d, npz, torch_motion, pickles, points_csv, robot_csv)
 
 _KNOWN_ELSEWHERE = {
     b"Kaydara FBX": ("an FBX file", "open it in Blender and export BVH"),

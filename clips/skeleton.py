@@ -51,7 +51,7 @@ def find_landmarks(names: Sequence[str]) -> dict[str, str]:
 
 def _split(name: str) -> tuple[str, str]:
     """Side ("left", "right" or "") and bare lower-case name: `mixamorig:LeftUpLeg` -> ("left", "upleg")."""
-    bare = re.sub(r"^(.*[:|]|mixamorig\d*_?|(bip\d*|joint|j)[_ ])", "", name, flags=re.IGNORECASE).strip()
+    bare = re.sub(r"^(.*[:|]|mixamorig\d*_?|(bip\d*|joint|j|body)[_ ])", "", name, flags=re.IGNORECASE).strip()
     for side in ("left", "right"):
         if re.match(side, bare, re.IGNORECASE) or re.search(rf"{side}$", bare, re.IGNORECASE):
             return side, _letters(re.sub(side, "", bare, count=1, flags=re.IGNORECASE))

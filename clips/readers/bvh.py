@@ -51,6 +51,7 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
         fps, why = options.fps, f"given; the Frame Time line says {fps:.6g}"
         fps_finding = Finding(what="fps", value=f"{fps:.6g}", why=why, confidence="stated", option="fps")
     positions, orientations, offsets = _pose(joints, values)
+    del values, hierarchy, motion  # an hour of them is a quarter of a gigabyte
     keep = [i for i, j in enumerate(joints) if j.channels or any(j.offset)]
     place = {j: k for k, j in enumerate(keep)}
     orders = sorted({_rotation_order(j) for j in joints if j.channels})
@@ -64,8 +65,8 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
         dialect=f"BVH, {sum(bool(j.channels) for j in joints)} joints",
         fps=fps,
         names=[joints[i].name for i in keep],
-        positions=positions[:, keep],
-        orientations=orientations[:, keep],
+        positions=positions if len(keep) == len(joints) else positions[:, keep],
+        orientations=orientations if len(keep) == len(joints) else orientations[:, keep],
         parents=[place.get(joints[i].parent, -1) for i in keep],
         options=options,
         findings=findings,

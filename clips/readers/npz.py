@@ -63,7 +63,7 @@ def _arrays(raw: RawFile) -> dict[str, ndarray]:
     arrays = {}
     try:
         with zipfile.ZipFile(io.BytesIO(raw.data)) as archive:
-            _refuse_bombs(raw, archive)
+            refuse_bombs(raw, archive)
             for info in archive.infolist():
                 array = _array(archive.read(info))
                 if array is not None:
@@ -75,7 +75,7 @@ def _arrays(raw: RawFile) -> dict[str, ndarray]:
     return arrays
 
 
-def _refuse_bombs(raw: RawFile, archive: zipfile.ZipFile) -> None:
+def refuse_bombs(raw: RawFile, archive: zipfile.ZipFile) -> None:
     """Refuse an archive whose members say that they unpack to more than any clip holds."""
     size = sum(info.file_size for info in archive.infolist())
     if size > MAX_UNPACKED:

@@ -5,8 +5,8 @@ import random
 import numpy as np
 import pytest
 from conftest import SAMPLES
-from test_aist_loco import trajectory
 from test_amc_deepmimic import deepmimic, motion, rest, skeleton
+from test_other_layouts import trajectory
 
 from clips import ReadOptions, read_clip, save_reference
 from clips.writers import LAYOUTS, write_motion

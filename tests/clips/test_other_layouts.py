@@ -1,11 +1,12 @@
-"""AIST++ pickles and LocoMuJoCo trajectories: what is converted, and what is refused with the line to type."""
+"""AIST++, LocoMuJoCo, ProtoMotions, MediaPipe: what is converted, and what is refused with the line to type."""
 
 import pickle
 
 import numpy as np
 import pytest
+from conftest import SAMPLES
 
-from clips import ClipError, HumanClip, ReadOptions, full_qpos, read_clip
+from clips import ClipError, HumanClip, ReadOptions, full_qpos, read_clip, repaired
 from robot_models import load_robot
 from robot_models import rotation as rot
 
@@ -87,3 +88,44 @@ def test_a_trajectory_that_does_not_fit_is_refused(tmp_path, changes, said):
     trajectory(tmp_path / "t.npz", load_robot("dancer"), **changes)
     with pytest.raises(ClipError, match=said):
         read_clip(tmp_path / "t.npz")
+
+
+def test_protomotions_tensors_are_read_by_torchs_safe_loader(groove, tmp_path):
+    torch = pytest.importorskip("torch")
+    reference, path = groove.reference, tmp_path / "dance.motion"
+    quat = reference.body_quat_w[..., [1, 2, 3, 0]]
+    arrays = {"dof_pos": reference.joint_pos, "rigid_body_pos": reference.body_pos_w, "rigid_body_rot": quat}
+    torch.save({k: torch.tensor(np.array(v)) for k, v in arrays.items()} | {"fps": 50, "motion": None}, path)
+    clip = read_clip(path)
+    assert (clip.robot, clip.fps) == ("dancer", 50.0)
+    np.testing.assert_allclose(full_qpos(clip, load_robot("dancer")), reference.qpos, atol=1e-9)
+    torch.save({"dof_pos": np.zeros(3, dtype=object)}, path)
+    with pytest.raises(ClipError, match="does not open as plain tensors"):
+        read_clip(path)
+    torch.save({"weights": torch.zeros(3)}, path)
+    with pytest.raises(ClipError, match="no dof_pos, rigid_body_pos, rigid_body_rot among weights"):
+        read_clip(path)
+
+
+@pytest.mark.parametrize("prefix", ["", "body_"])
+def test_mediapipes_points_are_named_in_its_own_way(tmp_path, prefix):
+    """MediaPipe's and FreeMoCap's 33 names in millimetres, z up, with face, fingers and heels beside the body's."""
+    person = repaired(read_clip(SAMPLES / "groove.bvh"))
+    named = {n: person.point(n) for n in person.landmarks if n.split("_")[-1] in BODY}
+    named |= {f"{s}_foot_index": person.point(f"{s}_toe") for s in ("left", "right")}
+    named |= {f"{s}_heel": person.point(f"{s}_ankle") - [0.05, 0.0, 0.05] for s in ("left", "right")}
+    named |= {
+        f"{s}_{p}": person.point(f"{s}_wrist") + 0.05 for s in ("left", "right") for p in ("pinky", "index", "thumb")
+    }
+    named["nose"] = person.point("neck") + [0.1, 0.0, 0.1]
+    table = np.concatenate([1000.0 * named[n] for n in named], axis=1)
+    header = ",".join(f"{prefix}{n}_{a}" for n in named for a in "xyz")
+    lines = ["# fps: 60", header, *(",".join(f"{v:.3f}" for v in row) for row in table)]
+    (tmp_path / "mediapipe.csv").write_text("\n".join(lines))
+    clip = read_clip(tmp_path / "mediapipe.csv")
+    assert {f.what: f.value for f in clip.source.findings}["unit"] == "mm"
+    for landmark in ("left_hip", "right_ankle", "left_toe", "right_wrist"):
+        np.testing.assert_allclose(clip.point(landmark), person.point(landmark), atol=1e-5)
+
+
+BODY = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")

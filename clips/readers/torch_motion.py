@@ -1,0 +1,92 @@
+"""ProtoMotions' `.motion`: a dictionary of tensors that torch saved, opened by torch's own loader of plain tensors."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from typing import Any
+
+import numpy as np
+
+from clips.clip import RobotClip
+from clips.errors import ClipError
+from clips.joint_space import choose_layout, joint_order, robot_clip
+from clips.readers.npz import rate, refuse_bombs
+from clips.source import RawFile, ReadOptions
+from robot_models import rotation as rot
+
+_KEYS = ("dof_pos", "rigid_body_pos", "rigid_body_rot")
+
+
+def recognises(raw: RawFile) -> bool:
+    """A zip archive with torch's pickle in it."""
+    return raw.head.startswith(b"PK\x03\x04") and b"/data.pkl" in raw.data[:200]
+
+
+def read(raw: RawFile, options: ReadOptions) -> RobotClip:
+    """Read joints and the root's pose; the other bodies follow from them.
+
+    Raises:
+        ClipError: torch is not installed, the file wants more than tensors, or holds another layout.
+    """
+    data = _tensors(raw)
+    missing = [k for k in _KEYS if k not in data]
+    if missing:
+        raise ClipError(
+            raw.name, found=f"no {', '.join(missing)} among {', '.join(data)}", expected="ProtoMotions' motion"
+        )
+    joints, pos, quat = (data[k] for k in _KEYS)
+    if not (
+        joints.ndim == 2 and pos.shape[2:] == (3,) and quat.shape[2:] == (4,) and len(joints) == len(pos) == len(quat)
+    ):
+        raise ClipError(
+            raw.name, found=f"joints {joints.shape}, bodies {pos.shape} and {quat.shape}",
+            expected="frames by joints, by bodies and 3, by bodies and 4",
+        )  # fmt: skip
+    fps, finding = rate(raw, data, options, "fps")
+    robot, names, layout = choose_layout(raw, joints.shape[1], options)
+    root = rot.from_quat_xyzw(quat[:, 0])
+    names, order = joint_order(raw, robot, names, pos[:, 0], quat[:, 0], joints, options)
+    return robot_clip(
+        raw,
+        dialect="ProtoMotions motion",
+        fps=fps,
+        robot=robot,
+        joint_names=names,
+        root_pos=pos[:, 0],
+        root_quat=root,
+        quat_order="wxyz",
+        joint_pos=joints,
+        options=options,
+        findings=[finding, layout, order],
+        conversions=["root quaternion xyzw -> wxyz"],
+    )
+
+
+def _tensors(raw: RawFile) -> dict[str, Any]:
+    """Every tensor and number of the file as arrays."""
+    try:
+        import torch
+    except ImportError as e:
+        raise ClipError(
+            raw.name,
+            found="no torch on this machine",
+            expected="it, to open what it saved",
+            cure="pip install torch==2.13.0",
+        ) from e
+    try:
+        with zipfile.ZipFile(io.BytesIO(raw.data)) as archive:
+            refuse_bombs(raw, archive)
+        content = torch.load(io.BytesIO(raw.data), map_location="cpu", weights_only=True)
+        return {
+            str(k): np.asarray(v, dtype=float)
+            for k, v in content.items()
+            if isinstance(v, (torch.Tensor, int, float)) and not isinstance(v, bool)
+        }
+    except ClipError:
+        raise
+    except Exception as e:  # torch names what it will not load in errors of every kind
+        raise ClipError(
+            raw.name, found=f"a file that torch does not open as plain tensors ({str(e).splitlines()[0]:.120})",
+            expected="a dictionary of tensors",
+        ) from e  # fmt: skip
