@@ -305,7 +305,8 @@ def _stands(
 
 def _unwrapped(model: RobotModel, order: list[int], joint_pos: ndarray) -> tuple[ndarray, list[Repair]]:
     """Joint angles without jumps of a full turn, each joint brought to the turn nearest to its range."""
-    smooth = np.unwrap(joint_pos, axis=0)
+    jumps = len(joint_pos) > 1 and np.abs(np.diff(joint_pos, axis=0)).max() > np.pi
+    smooth = np.unwrap(joint_pos, axis=0) if jumps else joint_pos
     middle = 0.5 * (model.lower[order] + model.upper[order])
     turns = 2.0 * np.pi * np.round((np.median(smooth, axis=0) - middle) / (2.0 * np.pi))
     # Degrees look like many turns: leave them to the limit check, which names them.

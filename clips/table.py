@@ -62,10 +62,13 @@ def parse(raw: RawFile, *, named_points: bool = False) -> Table:
     Raises:
         ClipError: ragged rows, text among the numbers, or time that runs backwards.
     """
-    lines = raw.text().splitlines()
+    text = raw.text()
+    lines = text.splitlines()
     notes = ["byte-order mark dropped"] if raw.data.startswith(b"\xef\xbb\xbf") else []
     rates = [m.group(1) for line in lines[:20] if (m := _RATE.match(line.strip()))]
-    body = [line for line in lines if not _empty(line)]
+    # Most files have no line to leave out, and an hour of them is not worth a look at each.
+    whole = "#" not in text and "\n\n" not in text and "\r" not in text and not text[:1].isspace()
+    body = lines if whole else [line for line in lines if not _empty(line)]
     if len(body) < 2:
         raise ClipError(raw.name, found=f"{len(body)} rows", expected="a row per frame")
     separator = _separator(body[0])
