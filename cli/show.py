@@ -17,7 +17,7 @@ import numpy as np
 from numpy import ndarray
 
 from clips import PIVOTING, PLANTED, HumanClip, Reference
-from clips.files import aside
+from clips.files import write_whole
 from retarget import Report, Retargeted
 from retarget.smooth import smooth
 from robot_models import FEET, RobotModel, sole_edges
@@ -172,17 +172,17 @@ def _recording(path: Path, title: str) -> Iterator[Log]:
     import rerun as rr
 
     rr.set_strict_mode(True)
-    with aside(path) as beside:
-        log = rr.RecordingStream(
-            "dance-retarget", recording_id=str(uuid.uuid5(_SPACE, f"{title}/{path.name}")), send_properties=False
-        )
-        log.save(str(beside))
-        log.send_recording_name(title)
-        try:
-            yield log
-        finally:
-            log.flush(timeout_sec=60.0)
-            log.disconnect()
+    log = rr.RecordingStream(
+        "dance-retarget", recording_id=str(uuid.uuid5(_SPACE, f"{title}/{path.name}")), send_properties=False
+    )
+    # In memory first: Rerun's own file writer only logs that a disk was full.
+    memory = log.memory_recording()
+    log.send_recording_name(title)
+    yield log
+    log.flush(timeout_sec=60.0)
+    with write_whole(path) as stream:
+        stream.write(memory.drain_as_bytes() or b"")
+    log.disconnect()
 
 
 def _index(frames: ndarray, fps: float) -> list[Any]:

@@ -46,7 +46,15 @@ def aside(path: Path) -> Iterator[Path]:
         beside.chmod(0o666 & ~_umask())
         os.replace(beside, path)
     except OSError as e:
-        if e.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EISDIR):
+        if e.errno not in (
+            errno.ENOSPC,
+            errno.EDQUOT,
+            errno.EROFS,
+            errno.EACCES,
+            errno.EPERM,
+            errno.EISDIR,
+            errno.EFBIG,
+        ):
             raise  # not about this file
         raise OutputError(str(path), found=f"a write that failed ({e.strerror})", expected="a disk with room") from e
     finally:
