@@ -63,25 +63,25 @@ def parse(raw: RawFile, *, named_points: bool = False) -> Table:
         ClipError: ragged rows, text among the numbers, or time that runs backwards.
     """
     text = raw.text()
-    lines = text.splitlines()
     notes = ["byte-order mark dropped"] if raw.data.startswith(b"\xef\xbb\xbf") else []
-    rates = [m.group(1) for line in lines[:20] if (m := _RATE.match(line.strip()))]
+    rates = [m.group(1) for line in text[:4096].splitlines() if (m := _RATE.match(line.strip()))]
     # Most files have no line to leave out, and an hour of them is not worth a look at each.
-    whole = "#" not in text and "\n\n" not in text and "\r" not in text and not text[:1].isspace()
-    body = lines if whole else [line for line in lines if not _empty(line)]
-    if len(body) < 2:
-        raise ClipError(raw.name, found=f"{len(body)} rows", expected="a row per frame")
-    separator = _separator(body[0])
+    if "#" in text or "\n\n" in text or "\r" in text or text[:1].isspace():
+        text = "\n".join(line for line in text.splitlines() if not _empty(line))
+    head, _, tail = text.rstrip("\n").partition("\n")
+    if not tail:
+        raise ClipError(raw.name, found=f"{int(bool(head))} rows", expected="a row per frame")
+    separator = _separator(head)
     if separator != ",":
         notes.append(f"separator {separator!r}")
-    first = [c.strip().strip('"') for c in _split(body[0], separator)]
+    first = [c.strip().strip('"') for c in _split(head, separator)]
     if len(first) > _WIDEST:
         raise ClipError(raw.name, found=f"{len(first)} columns", expected=f"at most {_WIDEST}: a body has no more")
     has_header = not all(_is_number(c, separator) for c in first if c)
     columns = tuple(first) if has_header else ()
-    values = _numbers(body[has_header:], len(first), separator)
+    values = _numbers(tail if has_header else f"{head}\n{tail}", len(first), separator)
     if values is None:
-        raise _fault(raw, lines, has_header, len(first), separator)
+        raise _fault(raw, has_header, len(first), separator)
     if (not columns or columns[-1] == "") and values.shape[1] > 1 and np.isnan(values[:, -1]).all():
         columns, values = columns[:-1], values[:, :-1]
         notes.append("empty last column dropped")
@@ -113,23 +113,22 @@ def _empty(line: str) -> bool:
     return not line or line.isspace() or line.lstrip()[:1] == "#"
 
 
-def _numbers(rows: list[str], width: int, separator: str) -> ndarray | None:
+def _numbers(text: str, width: int, separator: str) -> ndarray | None:
     """All cells as floats; None for a table that is ragged or holds text."""
     import pandas as pd
 
-    text = "\n".join(rows)
     decimal = "," if separator != "," and re.search(r"\d,\d", text) else "."
     # pandas fills short rows up and refuses long ones: with the right number of separators in all, neither is there.
-    even = (
-        all(len(row.split()) == width for row in rows)
-        if separator == " "
-        else text.count(separator) == (width - 1) * len(rows)
-    )
+    rows = text.count("\n") + 1
+    if separator == " ":
+        even = all(len(row.split()) == width for row in text.split("\n"))
+    else:
+        even = text.count(separator) == (width - 1) * rows
     if not even:
         return None
     try:
         frame = pd.read_csv(
-            io.StringIO(text), header=None, sep=r"\s+" if separator == " " else separator, decimal=decimal, dtype=float,
+            io.BytesIO(text.encode()), header=None, sep=r"\s+" if separator == " " else separator, decimal=decimal, dtype=float,
             skipinitialspace=True,
         )  # fmt: skip
     except ValueError:
@@ -137,9 +136,9 @@ def _numbers(rows: list[str], width: int, separator: str) -> ndarray | None:
     return np.asarray(frame.to_numpy(dtype=float))
 
 
-def _fault(raw: RawFile, lines: list[str], has_header: bool, width: int, separator: str) -> ClipError:
+def _fault(raw: RawFile, has_header: bool, width: int, separator: str) -> ClipError:
     """The first row that is no row of numbers."""
-    rows = [(i + 1, line) for i, line in enumerate(lines) if not _empty(line)]
+    rows = [(i + 1, line) for i, line in enumerate(raw.text().splitlines()) if not _empty(line)]
     for number, line in rows[has_header:]:
         cells = _split(line, separator)
         if len(cells) != width:
