@@ -98,6 +98,8 @@ def joint_order(
             what="joint order", value=options.joint_order, why="given", confidence="stated", option="joint_order"
         )
     fits = {}
+    probe = np.unique(np.linspace(0, len(root_pos) - 1, _PROBE_FRAMES).astype(int))
+    root_pos, root_quat, joint_pos = root_pos[probe], root_quat[probe], joint_pos[probe]
     for label, order in orders.items():
         columns = [model.joint(n) for n in order]
         beyond = np.maximum(model.lower[columns] - joint_pos, joint_pos - model.upper[columns])

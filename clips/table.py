@@ -15,6 +15,7 @@ from clips.source import RawFile, Repair
 
 _RATE = re.compile(r"^#\s*(?:fps|frame[_ ]?rate)\s*[:=]\s*([0-9.eE+-]+)\s*$", re.IGNORECASE)
 _TIME = {"time", "t", "time_s", "timestamp", "time(s)", "times", "sec", "seconds"}
+_MARK = b"\xef\xbb\xbf"
 _MAX_JITTER = 0.05  # of a frame
 _SLOWEST, _FASTEST = 2.0, 2000.0  # frame rates that a recording may have [Hz]
 _LONGEST_HOLE_S = 0.1
@@ -62,15 +63,18 @@ def parse(raw: RawFile, *, named_points: bool = False) -> Table:
     Raises:
         ClipError: ragged rows, text among the numbers, or time that runs backwards.
     """
-    text = raw.text()
-    notes = ["byte-order mark dropped"] if raw.data.startswith(b"\xef\xbb\xbf") else []
-    rates = [m.group(1) for line in text[:4096].splitlines() if (m := _RATE.match(line.strip()))]
+    data = raw.data.removeprefix(_MARK)
+    notes = ["byte-order mark dropped"] if len(data) < len(raw.data) else []
     # Most files have no line to leave out, and an hour of them is not worth a look at each.
-    if "#" in text or "\n\n" in text or "\r" in text or text[:1].isspace():
-        text = "\n".join(line for line in text.splitlines() if not _empty(line))
-    head, _, tail = text.rstrip("\n").partition("\n")
-    if not tail:
-        raise ClipError(raw.name, found=f"{int(bool(head))} rows", expected="a row per frame")
+    if not data.isascii() or b"#" in data or b"\n\n" in data or b"\r" in data or data[:1].isspace():
+        data = "\n".join(line for line in raw.text().splitlines() if not _empty(line)).encode()
+    end = data.find(b"\n")
+    if end < 0 or end + 1 == len(data):
+        raise ClipError(raw.name, found=f"{int(bool(data))} rows", expected="a row per frame")
+    head = data[:end].decode()
+    rates = [
+        m.group(1) for line in raw.head.decode(errors="replace").splitlines()[:20] if (m := _RATE.match(line.strip()))
+    ]
     separator = _separator(head)
     if separator != ",":
         notes.append(f"separator {separator!r}")
@@ -79,7 +83,7 @@ def parse(raw: RawFile, *, named_points: bool = False) -> Table:
         raise ClipError(raw.name, found=f"{len(first)} columns", expected=f"at most {_WIDEST}: a body has no more")
     has_header = not all(_is_number(c, separator) for c in first if c)
     columns = tuple(first) if has_header else ()
-    values = _numbers(tail if has_header else f"{head}\n{tail}", len(first), separator)
+    values = _numbers(data, int(has_header), len(first), separator)
     if values is None:
         raise _fault(raw, has_header, len(first), separator)
     if (not columns or columns[-1] == "") and values.shape[1] > 1 and np.isnan(values[:, -1]).all():
@@ -113,23 +117,22 @@ def _empty(line: str) -> bool:
     return not line or line.isspace() or line.lstrip()[:1] == "#"
 
 
-def _numbers(text: str, width: int, separator: str) -> ndarray | None:
-    """All cells as floats; None for a table that is ragged or holds text."""
+def _numbers(data: bytes, skip: int, width: int, separator: str) -> ndarray | None:
+    """All cells but those of the first `skip` rows as floats; None for a table that is ragged or holds text."""
     import pandas as pd
 
-    decimal = "," if separator != "," and re.search(r"\d,\d", text) else "."
     # pandas fills short rows up and refuses long ones: with the right number of separators in all, neither is there.
-    rows = text.count("\n") + 1
+    rows = data.count(b"\n") + (not data.endswith(b"\n"))
     if separator == " ":
-        even = all(len(row.split()) == width for row in text.split("\n"))
+        even = all(len(row.split()) == width for row in data.split(b"\n") if row)
     else:
-        even = text.count(separator) == (width - 1) * rows
+        even = data.count(separator.encode()) == (width - 1) * rows
     if not even:
         return None
     try:
         frame = pd.read_csv(
-            io.BytesIO(text.encode()), header=None, sep=r"\s+" if separator == " " else separator, decimal=decimal, dtype=float,
-            skipinitialspace=True,
+            io.BytesIO(data), header=None, skiprows=skip, sep=r"\s+" if separator == " " else separator,
+            decimal="," if separator != "," and re.search(rb"\d,\d", data) else ".", dtype=float, skipinitialspace=True,
         )  # fmt: skip
     except ValueError:
         return None
