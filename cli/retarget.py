@@ -9,6 +9,7 @@ from typing import Literal
 
 from rich.console import Console
 
+from cli.batch import is_batch, retarget_all
 from cli.terminal import BELOW_GATE, DONE, ClipPath, FileOptions, Out, command, print_report, progress
 from clips import Clip, OutputError, RobotClip, at_speed, cut, mirrored, read_clip, repaired, save_reference
 from retarget import (
@@ -41,14 +42,17 @@ class Arguments:
         dance-retarget unitree.csv --fps 30 --robot g1
         dance-retarget verse.bvh --then chorus.bvh verse.bvh -o song.npz
         dance-retarget fast.bvh --fit-dynamics
+        dance-retarget clips/ -o references --robot g1,dancer --jobs 2
     """
 
     clip: ClipPath
-    """CSV, PKL, NPZ or BVH; what it is is found out from its content."""
+    """A motion file, which is known by its content; or a folder of them, or a pattern like 'mocap/*.bvh'."""
     robot: str = DEFAULT_ROBOT
-    """A built-in robot (dancer, g1, jvrc1, ...) or the path of a profile (.toml)."""
+    """A built-in robot (dancer, g1, jvrc1, ...) or the path of a profile (.toml); for a folder, several with commas."""
     out: Out = None
-    """The reference to write; default: <clip>_<robot>.npz in the current folder."""
+    """The reference to write; default: <clip>_<robot>.npz in the current folder. For a folder of clips: a folder."""
+    jobs: int | None = None
+    """Processes for a folder of clips; default: one per core that may be used."""
     start: float = 0.0
     """Begin at this second of the clip."""
     end: float | None = None
@@ -91,6 +95,8 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read, retarget, save, report."""
+    if is_batch(args.clip):
+        return retarget_all(args)
     console = Console(highlight=False, soft_wrap=True)
     if args.out is not None and (args.out.suffix != ".npz" or args.out.resolve() == args.clip.resolve()):
         raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")

@@ -1,0 +1,210 @@
+"""Many clips to many robots: one job per pair, each whole by itself, done ones left alone, bad ones no end of the rest."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import asdict, dataclass, field, replace
+from importlib.metadata import version
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Literal
+
+from clips import ReadOptions, read_clip, repaired, save_reference
+from clips.files import write_whole
+from retarget.config import RetargetConfig
+from retarget.hardship import hardest
+from retarget.pipeline import Retargeted, retarget
+from robot_models import DanceError, load_robot
+
+SUFFIXES = (".bvh", ".csv", ".pkl", ".npz", ".amc", ".c3d", ".txt", ".motion")
+_FORMAT = 1
+Verdict = Literal["keep", "down-weight", "quarantine", "exclude"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchConfig:
+    """What every job of a batch shares."""
+
+    reading: ReadOptions = field(default_factory=ReadOptions)
+    retargeting: RetargetConfig = field(default_factory=RetargetConfig)
+    strict: bool = False
+    float32: bool = False
+    hard_share: float = 10.0  # per cent of frames that physics does not allow, beyond which a clip is down-weighted
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """One clip for one robot."""
+
+    clip: Path
+    robot: str
+    out: Path  # the reference (.npz); its outcome stands beside it (.json)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What became of a job. keep: inside every gate; quarantine: below one; exclude: refused, `message` says why."""
+
+    clip: str
+    robot: str
+    key: str  # hash of everything that the result follows from
+    verdict: Verdict
+    message: str = ""
+    seconds: float = 0.0  # length of the reference
+    took_s: float = 0.0
+    metrics: dict[str, float] = field(default_factory=dict)
+    failed: tuple[str, ...] = ()  # gates
+    hardest: tuple[str, ...] = ()
+    skipped: bool = False  # it was there already, made from the same
+
+
+def jobs_for(clips: Sequence[Path], robots: Sequence[str], folder: Path) -> list[Job]:
+    """Every clip for every robot; outputs named after both, and after the clip's folder where names repeat.
+
+    Args:
+        clips: the files.
+        robots: catalogue keys or profile paths.
+        folder: where the references go.
+    """
+    stems = [c.stem for c in clips]
+    jobs = []
+    for clip, stem in zip(clips, stems, strict=True):
+        name = stem if stems.count(stem) == 1 else f"{clip.parent.name}_{clip.stem}_{clip.suffix[1:]}"
+        jobs += [Job(clip=clip, robot=r, out=folder / f"{name}_{Path(r).stem}.npz") for r in robots]
+    return jobs
+
+
+def motion_files(folder: Path) -> list[Path]:
+    """The files below a folder that may hold motion, by suffix, in order of name."""
+    return sorted(p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file())
+
+
+def run_batch(jobs: Sequence[Job], config: BatchConfig, workers: int) -> Iterator[Outcome]:
+    """Outcomes as they come, from so many processes; a process that dies costs its job alone, once more alone.
+
+    Args:
+        jobs: of one folder; no two share an output.
+        config: what they share.
+        workers: processes; 1 works in this one.
+    """
+    if workers <= 1:
+        yield from (run_job(job, config) for job in jobs)
+        return
+    left = list(jobs)
+    with _pool(workers) as pool:
+        futures = {pool.submit(run_job, job, config): job for job in left}
+        for future in as_completed(futures):
+            outcome = _result(future)
+            if outcome is not None:
+                left.remove(futures[future])
+                yield outcome
+    # A dead process takes the pool with it. What is left is tried again, each in a pool of its own.
+    for job in left:
+        with _pool(1) as pool:
+            outcome = _result(pool.submit(run_job, job, config))
+        yield outcome or Outcome(
+            clip=str(job.clip), robot=job.robot, key="", verdict="exclude", message="its process was killed, twice"
+        )
+
+
+def run_job(job: Job, config: BatchConfig) -> Outcome:
+    """Retarget one clip, or find that it was done; the outcome is written beside the reference.
+
+    A refusal is an outcome and no error.
+    """
+    began = time.perf_counter()
+    try:
+        key = _key(job, config)
+        done = _earlier(job, key)
+        if done is not None:
+            return done
+        clip = repaired(read_clip(job.clip, config.reading), strict=config.strict)
+        result = retarget(clip, load_robot(job.robot), config.retargeting)
+        save_reference(result.reference, job.out, float32=config.float32)
+        outcome = _judged(job, key, result, config)
+    except DanceError as e:
+        outcome = Outcome(clip=str(job.clip), robot=job.robot, key="", verdict="exclude", message=str(e))
+    outcome = replace(outcome, took_s=round(time.perf_counter() - began, 3))
+    if outcome.key:
+        with write_whole(_note(job)) as stream:
+            stream.write(json.dumps({"format": _FORMAT, **asdict(outcome)}, indent=1).encode())
+    return outcome
+
+
+def _judged(job: Job, key: str, result: Retargeted, config: BatchConfig) -> Outcome:
+    metrics = {m.name: m.value for m in result.report.metrics}
+    hard = metrics.get("frames that physics does not allow", 0.0) > config.hard_share
+    verdict: Verdict = "quarantine" if result.report.failures else "down-weight" if hard else "keep"
+    return Outcome(
+        clip=str(job.clip),
+        robot=job.robot,
+        key=key,
+        verdict=verdict,
+        seconds=result.reference.duration_s,
+        metrics=metrics,
+        failed=tuple(m.name for m in result.report.failures),
+        hardest=() if result.dynamics is None else tuple(map(str, hardest(result.dynamics, above=1.0, most=3))),
+    )
+
+
+def _key(job: Job, config: BatchConfig) -> str:
+    """Hash of clip, robot, configuration and versions."""
+    told = hashlib.sha256(job.clip.read_bytes() if job.clip.is_file() else b"")
+    told.update(load_robot(job.robot).hash.encode())
+    versions = {p: version(p) for p in ("dance-retarget", "numpy", "scipy", "mujoco")}
+    told.update(json.dumps([_FORMAT, asdict(config), versions], sort_keys=True, default=str).encode())
+    return told.hexdigest()
+
+
+def _earlier(job: Job, key: str) -> Outcome | None:
+    """The outcome of an earlier run that was made from the same, with its reference in place."""
+    if not (job.out.is_file() and _note(job).is_file()):
+        return None
+    try:
+        told = json.loads(_note(job).read_text())
+        if told.pop("format") != _FORMAT or told["key"] != key:
+            return None
+        told |= {k: tuple(told[k]) for k in ("failed", "hardest")} | {"skipped": True}
+        return Outcome(**told)
+    except (OSError, ValueError, KeyError, TypeError):  # a note of another version, or half a one: do it again
+        return None
+
+
+def _note(job: Job) -> Path:
+    return job.out.with_suffix(".json")
+
+
+def _pool(workers: int) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"), initializer=_one_thread_each)
+
+
+def _one_thread_each() -> None:
+    """Processes share the cores; the threads of numpy's libraries would fight over them."""
+    import os
+
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[name] = "1"
+
+
+def _result(future: Future[Outcome]) -> Outcome | None:
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        return None
+
+
+def summary_rows(outcomes: Iterable[Outcome]) -> list[dict[str, object]]:
+    """One flat row per job, for a table: the metrics are columns."""
+    rows = []
+    for o in outcomes:
+        row: dict[str, object] = {
+            "clip": o.clip, "robot": o.robot, "verdict": o.verdict, "seconds": o.seconds, "took_s": o.took_s,
+            "failed": "; ".join(o.failed), "hardest": "; ".join(o.hardest), "message": o.message,
+        }  # fmt: skip
+        rows.append(row | dict(o.metrics))
+    return rows
