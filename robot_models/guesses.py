@@ -1,0 +1,161 @@
+"""Numbers that a model file does not hold, guessed for a robot that nobody has measured; each guess says so."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robot_models.limbs import Limbs
+from robot_models.profile import FEET
+
+if TYPE_CHECKING:
+    import mujoco
+
+_STANDING = 2.5  # kp over the torque per radian at which a falling robot, or a hanging limb, balances
+_DAMPING_S = 0.04  # kd over kp [s], as in the talos profile
+_ROTOR = 0.02  # armature where the file has none [kg m^2]
+_SPEED = 10.0  # speed limit where the file has none [rad/s]
+_LEAST_KP = 5.0  # [N m/rad]
+_UNLIKE = 0.3  # difference of left and right ranges that is doubted [rad]
+_BEND = 0.3  # of the knees in the default pose [rad]
+_GRAVITY = 9.81
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stranger:
+    """A robot without a profile, at zero: `data` holds its kinematics there."""
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    limbs: Limbs
+    landmarks: Mapping[str, str]  # landmark -> body
+
+    def joint_of(self, body: str) -> str:
+        """The joint that moves a body."""
+        return str(self.model.joint(int(self.model.body_jntadr[self.model.body(body).id])).name)
+
+    @property
+    def loose(self) -> list[str]:
+        """Joints of fingers, grippers and toes."""
+        return [self.joint_of(b) for b in self.limbs.loose]
+
+    @property
+    def joints(self) -> list[str]:
+        """All others but the root's, in the file's order."""
+        names = [self.model.joint(j).name for j in range(1, self.model.njnt)]
+        return [n for n in names if n not in self.loose]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Guess:
+    """Values by joint, what is said about them, and which tables hold anything that the file does not."""
+
+    tables: Mapping[str, Mapping[str, float]]
+    notes: tuple[str, ...]
+    guessed: frozenset[str]
+
+
+def servo_guess(stranger: Stranger, height: float, path: Path) -> Guess:
+    """Gains, armature, effort and speed limits of every joint.
+
+    Args:
+        stranger: the robot.
+        height: of its centre of mass over the soles [m].
+        path: the model file; a URDF tells speed limits, which MuJoCo does not keep.
+    """
+    model, data = stranger.model, stranger.data
+    legs = {b for chain in stranger.limbs.legs.values() for b in chain}
+    speeds, weak, slow = _urdf_speeds(path), [], []
+    tables: dict[str, dict[str, float]] = {k: {} for k in ("kp", "kd", "armature", "effort", "velocity")}
+    for name in stranger.joints:
+        joint = model.joint(name)
+        body, dof = int(joint.bodyid[0]), int(joint.dofadr[0])
+        lever = float(np.linalg.norm(data.subtree_com[body] - data.xanchor[joint.id]))
+        carried = float(model.body_subtreemass[body]) * lever
+        if model.body(body).name in legs:  # it carries the whole robot
+            carried = float(model.body_subtreemass[1]) * height
+        kp = _two_digits(max(_STANDING * _GRAVITY * carried, _LEAST_KP))
+        effort, speed = float(model.jnt_actfrcrange[joint.id][1]), speeds.get(name, 0.0)
+        if not effort > 0.0:
+            effort = _two_digits(0.3 * kp)
+            weak.append(name)
+        if not speed > 0.0:
+            speed = _SPEED
+            slow.append(name)
+        armature = float(model.dof_armature[dof]) or _ROTOR
+        row = {"kp": kp, "kd": _DAMPING_S * kp, "armature": armature, "effort": effort, "velocity": speed}
+        for key, value in row.items():
+            tables[key][name] = value
+    notes = [
+        f"kp: {_STANDING} x the weight that a joint carries x its lever: stands, gravity compensated",
+        f"kd: {_DAMPING_S} s x kp",
+        f"armature: {_ROTOR} kg m^2 where the file has none; the maker's rotor inertia x ratio^2 is better",
+    ]
+    notes += [f"effort: none in the file for {', '.join(weak)}: 0.3 rad x kp"] if weak else []
+    notes += [f"velocity: none in the file for {', '.join(slow)}: {_SPEED:g} rad/s"] if slow else []
+    guessed = {"kp", "kd", "armature"} | ({"effort"} if weak else set()) | ({"velocity"} if slow else set())
+    return Guess(tables=tables, notes=tuple(notes), guessed=frozenset(guessed))
+
+
+def pose_guess(stranger: Stranger) -> Guess:
+    """Knees a little bent, feet level, where a leg pitches about y; everything else at zero, or as near as it goes."""
+    angles, notes = dict.fromkeys(stranger.joints, 0.0), []
+    for side in FEET:
+        chain = stranger.limbs.legs[side]
+        knee = chain.index(stranger.landmarks[f"{side}_knee"])
+        pitches = [_pitch(stranger, b) for b in chain]
+        hip = next((k for k in range(knee) if pitches[k]), None)
+        ankle = next((k for k in range(knee + 1, len(chain)) if pitches[k]), None)
+        if hip is None or ankle is None or not pitches[knee]:
+            notes.append(f"default_pose: the {side} leg stands straight: no hip, knee and ankle about y")
+            continue
+        for k, angle in ((hip, -0.5 * _BEND), (knee, _BEND), (ankle, -0.5 * _BEND)):
+            angles[stranger.joint_of(chain[k])] = pitches[k] * angle
+    for name, angle in angles.items():
+        low, high = stranger.model.jnt_range[stranger.model.joint(name).id]
+        angles[name] = float(np.clip(angle, low, high))
+    notes.append(f"default_pose: knees bent by {_BEND} rad, the rest at zero, inside the ranges")
+    return Guess(tables={"default_pose": angles}, notes=tuple(notes), guessed=frozenset({"default_pose"}))
+
+
+def doubted_ranges(stranger: Stranger) -> list[str]:
+    """Left and right of one robot have the same ranges, mirrored for axes that lie ahead or upright."""
+    notes = []
+    for chains in (stranger.limbs.legs, stranger.limbs.arms):
+        for left, right in zip(chains["left"], chains["right"], strict=False):
+            names = stranger.joint_of(left), stranger.joint_of(right)
+            ids = [stranger.model.joint(n).id for n in names]
+            axes, ranges = stranger.data.xaxis[ids], stranger.model.jnt_range[ids]
+            same = float(np.dot(axes[0], axes[1] * [-1.0, 1.0, -1.0])) > 0.0
+            off = float(np.abs(ranges[0] - (ranges[1] if same else -ranges[1][::-1])).max())
+            if off > _UNLIKE:
+                notes.append(
+                    f"ranges in the model file: {names[0]}'s and {names[1]}'s differ by {off:.2f} rad: a fault?"
+                )
+    return notes
+
+
+def _pitch(stranger: Stranger, body: str) -> int:
+    """1 or -1 where the body's joint turns about y or -y, else 0."""
+    axis = stranger.data.xaxis[stranger.model.joint(stranger.joint_of(body)).id]
+    return int(np.sign(axis[1])) if abs(axis[1]) > 0.95 else 0
+
+
+def _urdf_speeds(path: Path) -> dict[str, float]:
+    """Speed limits by joint; {} for an MJCF, which has none."""
+    found = {}
+    for joint in ET.parse(path).getroot().findall("joint"):
+        limit = joint.find("limit")
+        if limit is not None:
+            found[joint.get("name", "")] = float(limit.get("velocity", "0"))
+    return found
+
+
+def _two_digits(value: float) -> float:
+    """Nobody knows a gain better."""
+    return float(f"{value:.2g}")
