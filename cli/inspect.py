@@ -23,7 +23,7 @@ class Arguments:
     """
 
     clip: ClipPath
-    """CSV, PKL, NPZ or BVH."""
+    """A motion file of any layout that is read (docs/formats.md)."""
     file: FileOptions = field(default_factory=FileOptions)
 
 

@@ -18,6 +18,8 @@ _NEAR_S = 1.0  # half width of that neighbourhood
 _NOISE = (0.01, 0.003)  # of a standing foot's height [m]: to find the feet that stand, then to weigh them
 _SEEN = 0.05  # change over the clip below which a floor is level [m]
 _BETTER = 0.6  # of the scatter of standing feet about a level floor, which a leaning one must undercut
+_MOST_LEAN = 0.12  # beyond which something else is wrong: units of the root, axes [slope]
+_UP = np.array([0.0, 0.0, 1.0])
 _ENOUGH = 10  # standing samples for every number fitted
 
 
@@ -38,14 +40,24 @@ def on_level_floor(clip: Clip) -> Clip:
     drift = _terms(np.arange(clip.frames) / clip.fps, hips) @ plane[-3:]
     level = heights - _level(rows, heights)
     leaning = heights - rows @ plane
-    if np.ptp(drift) < _SEEN or np.median(np.abs(leaning)) > _BETTER * np.median(np.abs(level)):
+    lean = float(np.hypot(*plane[-2:]))
+    unseen = np.ptp(drift) < _SEEN or np.median(np.abs(leaning)) > _BETTER * np.median(np.abs(level))
+    if unseen or lean > _MOST_LEAN:
         return clip
-    time = np.repeat(np.arange(clip.frames)[:, None] / clip.fps, len(clip.names), axis=1)
-    lift = _terms(time, clip.positions) @ plane[-3:]
-    positions = clip.positions - (lift - lift[0].mean())[..., None] * np.array([0.0, 0.0, 1.0])
-    what = f"floor levelled (it drifts by {100 * plane[-3]:.1f} cm/s and leans by {100 * np.hypot(*plane[-2:]):.1f} %)"
+    # Down by the drift, then turned about a point of the floor under the first frame, so that nothing is bent.
+    time = np.arange(clip.frames) / clip.fps
+    normal = rot.unit(np.array([-plane[-2], -plane[-1], 1.0]))
+    axis = np.cross(normal, _UP)
+    turn = rot.exp(rot.unit(axis) * np.arcsin(min(1.0, float(np.linalg.norm(axis)))))
+    about = np.array([hips[0, 0], hips[0, 1], 0.0])
+    lowered = clip.positions - (plane[-3] * time)[:, None, None] * _UP - about
+    positions = about + rot.rotate(np.broadcast_to(turn, (*lowered.shape[:-1], 4)), lowered)
+    turned = clip.orientations
+    if turned is not None:
+        turned = rot.multiply(np.broadcast_to(turn, turned.shape), turned)
+    what = f"floor levelled (it drifts by {100 * plane[-3]:.1f} cm/s and leans by {100 * lean:.1f} %)"
     repair = Repair(what=what, count=clip.frames, where=f"{100 * np.ptp(drift):.0f} cm over the clip")
-    return replace(clip, positions=positions, source=clip.source.mended(repair))
+    return replace(clip, positions=positions, orientations=turned, source=clip.source.mended(repair))
 
 
 def _terms(time: Float[ndarray, "..."], at: Float[ndarray, "... 3"]) -> Float[ndarray, "... 3"]:

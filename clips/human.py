@@ -64,6 +64,7 @@ def human_clip(
     Raises:
         ClipError: landmarks missing, long gaps, mirrored or impossible points.
     """
+    raw.check_rate(fps)
     if options.mapping is not None:
         known = read_mapping(Path(options.mapping), names)
     else:
@@ -72,9 +73,10 @@ def human_clip(
     if missing:
         guess = guess_landmarks(names, parents, np.nan_to_num(positions)) | known
         raise UnknownSkeleton(raw.name, names, missing, guess)
-    whole = without_gaps(positions, names, list(known.values()), fps, raw.name)
+    whole = without_gaps(positions, names, [known[k] for k in REQUIRED], fps, raw.name)
     positions, kept = whole.positions, list(whole.points)
     names, parents = [names[k] for k in kept], [kept.index(p) if p in kept else -1 for p in (parents[k] for k in kept)]
+    known = {k: n for k, n in known.items() if n in names}
     if orientations is not None:
         orientations = orientations[whole.frames][:, kept]
     up, up_finding = _find_up(positions, names, known, options, raw.name)

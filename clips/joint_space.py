@@ -92,6 +92,7 @@ def joint_order(
         ClipError: neither order is clearly the right one.
     """
     model = load_robot(robot)
+    _refuse_other_units(raw, model, root_pos, joint_pos, options)
     orders = {"mujoco": names, "isaac": tuple(n for n in breadth_first(model) if n in names)}
     if options.joint_order is not None:
         return orders[options.joint_order], Finding(
@@ -127,6 +128,33 @@ def joint_order(
         confidence="measured" if clear else "assumed",
         option="joint_order",
     )
+
+
+def _refuse_other_units(
+    raw: RawFile, model: RobotModel, root_pos: ndarray, joint_pos: ndarray, options: ReadOptions
+) -> None:
+    """Degrees and centimetres, before anything is concluded from them; and options that would have no effect."""
+    for option, given in (("unit", options.unit not in (None, "m")), ("up", options.up not in (None, "z"))):
+        if given:
+            raise ClipError(
+                f"{raw.name}, option {option}", found="a robot's own file beside it", expected="metres and z up",
+                cure="convert the file, or leave the option out", option=option,
+            )  # fmt: skip
+    largest, height = (
+        np.abs(joint_pos).max(initial=0.0),
+        float(np.median(np.abs(root_pos[:, 2]))) if len(root_pos) else 0.0,
+    )
+    if largest > 4.0 * np.pi:
+        raise ClipError(
+            f"{raw.name}, joint angles", found=f"an angle of {largest:.3g}", expected="radians",
+            cure="the file seems to hold degrees: convert it",
+        )  # fmt: skip
+    if height > 10.0 * model.default_qpos[2]:
+        raise ClipError(
+            raw.name, found=f"a root {height:.3g} m up, so soles {height - model.default_qpos[2]:.3g} m over the floor",
+            expected=f"metres: {model.name} stands {model.default_qpos[2]:.2f} m up",
+            cure="check unit and axes of the root columns: these look like centimetres or millimetres",
+        )  # fmt: skip
 
 
 def breadth_first(robot: RobotModel) -> tuple[str, ...]:
@@ -178,6 +206,8 @@ def robot_clip(
         ClipError: zero quaternions, undecidable order, degrees as radians, or joints far outside their limits.
     """
     model = load_robot(robot)
+    raw.check_rate(fps)
+    _refuse_other_units(raw, model, root_pos, joint_pos, options)
     order = [model.joint(n) for n in joint_names]
     joint_pos, unwrapped = _unwrapped(model, order, joint_pos)
     flips = int((np.sum(root_quat[1:] * root_quat[:-1], axis=1) < 0.0).sum())
@@ -185,7 +215,7 @@ def robot_clip(
     finding = _quat_order(raw, model, order, root_pos, root_quat, quat_order, joint_pos, options)
     quat = _unit_wxyz(raw, root_quat, finding.value)
     limits = _check_limits(raw, model, order, joint_pos)
-    stands = _stands(raw, model, order, root_pos, quat, joint_pos)
+    stands = _stands(raw, model, order, root_pos, quat, joint_pos, finding.value)
     absent = [j for j in model.joint_names if j not in joint_names]
     notes = [*findings, finding, limits, *stands]
     if absent:
@@ -274,7 +304,13 @@ def _tilt(corners: Float[ndarray, "T 2 4 3"]) -> Float[ndarray, "T"]:
 
 
 def _stands(
-    raw: RawFile, model: RobotModel, order: list[int], root_pos: ndarray, quat: ndarray, joint_pos: ndarray
+    raw: RawFile,
+    model: RobotModel,
+    order: list[int],
+    root_pos: ndarray,
+    quat: ndarray,
+    joint_pos: ndarray,
+    quat_order: str,
 ) -> list[Finding]:
     """Centimetres for metres, or a root that is no pelvis, show as soles far from the floor."""
     corners, up = _posed(model, order, root_pos, quat, joint_pos)
@@ -284,8 +320,9 @@ def _stands(
             raw.name,
             found=f"soles {low:.3g} m over the floor and the pelvis' up at {up:.2f}, read as {model.name}",
             expected="a robot on its feet: metres, z up, and the right quaternion order",
-            cure="check unit and axes of the root columns, or state the order",
+            cure="check unit and axes of the root columns, or state the other order",
             option="quat_order",
+            suggestion=_OTHER[quat_order],
         )
     tilt = float(np.median(_tilt(corners)))
     if tilt > _MOST_TILT:
@@ -340,11 +377,6 @@ def _check_limits(raw: RawFile, model: RobotModel, order: list[int], joint_pos: 
     share = float((beyond > 0.2).mean())
     worst = int(np.argmax(beyond.max(axis=0)))
     name = model.joint_names[order[worst]]
-    if np.abs(joint_pos).max() > 4.0 * np.pi:
-        raise ClipError(
-            f"{raw.name}, joint '{name}'", found=f"an angle of {np.abs(joint_pos).max():.3g}", expected="radians",
-            cure="the file seems to hold degrees: convert it",
-        )  # fmt: skip
     if share > _MOST_BEYOND:
         raise ClipError(
             f"{raw.name}, joint '{name}'",

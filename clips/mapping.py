@@ -72,6 +72,9 @@ def read_mapping(path: Path, names: Sequence[str]) -> dict[str, str]:
                     f"{path}, {landmark}", found=f"'{word}'", expected=f"one of {', '.join(among)}",
                     cure=f"did you mean '{near[0]}'?" if near else "",
                 )  # fmt: skip
+    twice = sorted({p for p in known.values() if list(known.values()).count(p) > 1})
+    if twice:
+        raise ClipError(str(path), found=f"'{', '.join(twice)}' for two parts of the body", expected="a point for each")
     missing = [k for k in REQUIRED if k not in known]
     if missing:
         raise ClipError(str(path), found=f"no point for {', '.join(missing)}", expected="one for each of them")

@@ -26,6 +26,7 @@ from robot_models import rotation as rot
 _GAP_S = 0.1  # the longest stretch that is filled
 _FASTEST_HIPS = 12.0  # of a person or a robot [m/s]; a sprinter's
 _FASTEST_POINT = 25.0  # of anything on a body [m/s]; a pitcher's hand
+_MOST = 0.5  # of a clip that a false start leaves
 _START_S = 0.5  # in which a file may jump from its rest pose to its place
 _STALL = 0.3  # a motion this fast [m/s or rad/s] before and after frames that repeat does not stand still between
 _STILL = 0.3  # of any point of someone who stands still [m/s]
@@ -61,7 +62,7 @@ def without_false_start(clip: Clip) -> Clip:
     hips = _hips(clip)
     early = hips[: max(2, round(_START_S * clip.fps)) + 1]
     jumps = np.flatnonzero(np.linalg.norm(np.diff(early, axis=0), axis=1) * clip.fps > _FASTEST_HIPS)
-    if not len(jumps) or clip.frames - jumps[-1] - 1 < MIN_FRAMES:
+    if not len(jumps) or clip.frames - jumps[-1] - 1 < max(MIN_FRAMES, _MOST * clip.frames):
         return clip
     return _from_frame(clip, int(jumps[-1]) + 1, "the hips jump after them")
 
@@ -78,8 +79,9 @@ def without_calibration_pose(clip: Clip) -> Clip:
     level = (np.abs(stretched[..., 2]) < _LEVEL_ARM).all(axis=0)
     straight = np.linalg.norm(stretched.mean(axis=0), axis=-1) > _STRAIGHT_ARMS
     body = np.stack([clip.point(k) for k in clip.landmarks], axis=1)
-    step = np.linalg.norm(np.diff(body, axis=0, append=body[-1:]), axis=-1).max(axis=1)
-    still = step * clip.fps < _STILL
+    ahead = max(1, round(_GAP_S * clip.fps))  # so that a marker's noise is no speed
+    later = body[np.minimum(np.arange(clip.frames) + ahead, clip.frames - 1)]
+    still = np.linalg.norm(later - body, axis=-1).max(axis=1) < _STILL * ahead / clip.fps
     lead = int(np.argmin(np.append(level & straight & still, False)))
     if lead < max(2.0, _GAP_S * clip.fps) or clip.frames - lead < MIN_FRAMES:
         return clip

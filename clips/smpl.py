@@ -64,6 +64,8 @@ def read(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> Hum
             f"{raw.name}, poses", found=f"shape {poses.shape} with trans {trans.shape}",
             expected="frames by 66, 72 (SMPL), 156 (SMPL-H) or 165 (SMPL-X), and by 3",
         )  # fmt: skip
+    if not np.abs(poses).max() < 4.0 * np.pi:
+        raise ClipError(f"{raw.name}, poses", found=f"{np.abs(poses).max():.3g}", expected="axis-angle in radians")
     # AMASS spells the key in two ways: SMPL-H files without, SMPL-X files with the second underscore.
     fps, finding = rate(raw, data, options, "mocap_framerate", "mocap_frame_rate", "fps")
     positions, orientations = _pose(rot.exp(poses[:, : 3 * len(_JOINTS)].reshape(len(poses), -1, 3)), trans)

@@ -11,6 +11,7 @@ from typing import Literal
 from clips.errors import ClipError
 
 MAX_BYTES = 1 << 30
+SLOWEST, FASTEST = 1.0, 2000.0  # frames per second of a recording
 MAX_UNPACKED = 1 << 29  # of a compressed file: an hour of a robot with thirty bodies is 320 MB
 
 
@@ -76,7 +77,7 @@ class ReadOptions:
     mapping: str | None = None  # path of a file that says which point is which part of the body
 
     def __post_init__(self) -> None:
-        _one_of("fps", self.fps, self.fps is None or 0.0 < self.fps < 10_000.0, "a number above 0")
+        _one_of("fps", self.fps, self.fps is None or SLOWEST <= self.fps <= FASTEST, f"{SLOWEST:g} to {FASTEST:g}")
         _one_of("up", self.up, self.up in (None, "x", "y", "z", "-x", "-y", "-z"), "x, y, z, -x, -y or -z")
         _one_of("quat_order", self.quat_order, self.quat_order in (None, "wxyz", "xyzw"), "wxyz or xyzw")
         _one_of("joint_order", self.joint_order, self.joint_order in (None, "mujoco", "isaac"), "mujoco or isaac")
@@ -160,6 +161,18 @@ class RawFile:
             conversions=tuple(conversions),
             repairs=tuple(repairs),
         )
+
+    def check_rate(self, fps: float) -> None:
+        """Refuse a rate that no recording has: milliseconds for seconds, a period for a rate.
+
+        Raises:
+            ClipError: the rate lies outside of 1 to 2000 per second.
+        """
+        if not SLOWEST <= fps <= FASTEST:
+            raise ClipError(
+                self.name, found=f"{fps:g} frames per second", expected=f"{SLOWEST:g} to {FASTEST:g}",
+                cure="was a time written in milliseconds? state the rate", option="fps", suggestion="30",
+            )  # fmt: skip
 
     def no_fps(self) -> ClipError:
         """The refusal of a file that does not say its frame rate."""

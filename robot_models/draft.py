@@ -123,6 +123,12 @@ def _open(path: Path) -> Stranger:
     for side in FEET:
         leg, arm = limbs.legs[side], limbs.arms[side]
         landmarks |= {f"{side}_hip": joint_centre(model, data, leg), f"{side}_knee": middle_joint(data, leg)}
+        for part, chain in (("knee", leg), ("elbow", arm)):
+            if middle_joint(data, chain) == chain[-1]:
+                raise RobotError(
+                    str(path), found=f"'{chain[-1]}', the {side} {part}, at the end of its limb", expected="a body beyond it",
+                    cure="give hand or foot a body of its own in the model file, on a joint with a small range",
+                )  # fmt: skip
         landmarks |= {f"{side}_shoulder": joint_centre(model, data, arm), f"{side}_elbow": middle_joint(data, arm)}
     return Stranger(model=model, data=data, limbs=limbs, landmarks=landmarks)
 

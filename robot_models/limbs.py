@@ -102,9 +102,9 @@ def joint_centre(model: mujoco.MjModel, data: mujoco.MjData, chain: tuple[str, .
 
 
 def middle_joint(data: mujoco.MjData, chain: tuple[str, ...]) -> str:
-    """The knee or elbow: the body of the chain that is far from both of its ends."""
-    ends = data.body(chain[0]).xpos, data.body(chain[-1]).xpos
-    return max(chain[1:-1], key=lambda n: min(float(np.linalg.norm(data.body(n).xpos - e)) for e in ends))
+    """The knee or elbow: the body of the chain that is far from its start and from what hangs at its end."""
+    ends = data.body(chain[0]).xpos, data.body(chain[-1]).xipos
+    return max(chain[1:], key=lambda n: min(float(np.linalg.norm(data.body(n).xpos - e)) for e in ends))
 
 
 def _moving_parent(model: mujoco.MjModel, body: int, place: Mapping[int, int]) -> int:

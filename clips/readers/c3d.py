@@ -8,6 +8,7 @@ import re
 import struct
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -30,6 +31,7 @@ _BLOCK = 512  # bytes; sections of a C3D begin at whole blocks
 _WORKER = Path(__file__).with_name("c3d_worker.py")
 _MOST_BYTES = 1 << 30  # of the worker's memory, beside twelve times the file
 _MOST_SECONDS = 120.0
+_SUBJECT = 6  # markers that share a prefix, from which on it is a person's
 _UNLABELLED = re.compile(r"\*.*|(uname|unlabell?ed|traj)\W*\d+|", re.IGNORECASE)
 
 
@@ -49,6 +51,7 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     content = _open(raw)
     fps, rate = _rate(raw, float(content["rate"]), options)
     unit, unit_finding = _unit(raw, str(next(iter(content["units"]), "")), options)
+    _refuse_several(raw, content)
     markers, repairs = _markers(content)
     if not markers:
         raise ClipError(raw.name, found="no labelled marker", expected="markers with names", cure="label them first")
@@ -136,7 +139,7 @@ def _rate(raw: RawFile, told: float, options: ReadOptions) -> tuple[float, Findi
 def _unit(raw: RawFile, told: str, options: ReadOptions) -> tuple[float, Finding]:
     """Metres per unit, as POINT:UNITS says."""
     told = told.strip().lower()
-    name = options.unit or {"millimeters": "mm", "meters": "m", "centimeters": "cm"}.get(told, told)
+    name = options.unit or {"millimeters": "mm", "meters": "m", "centimeters": "cm", "in": "inch"}.get(told, told)
     if name in UNITS or options.unit is not None:
         scale = UNITS[name] if name in UNITS else float(name)
         why = "given" if options.unit else "POINT:UNITS"
@@ -145,6 +148,18 @@ def _unit(raw: RawFile, told: str, options: ReadOptions) -> tuple[float, Finding
         f"{raw.name}, POINT:UNITS", found=repr(told), expected="the unit of its positions", cure="state it",
         option="unit", suggestion="mm",
     )  # fmt: skip
+
+
+def _refuse_several(raw: RawFile, content: Mapping[str, ndarray]) -> None:
+    """Two people in one file share their markers' names but for the prefix: taken together they are nobody."""
+    labels = [str(label).strip() for label in content["labels"]]
+    counts = Counter(label.split(":")[0] for label in labels if ":" in label)
+    subjects = [name for name, count in counts.items() if count >= _SUBJECT]
+    if len(subjects) > 1:
+        raise ClipError(
+            raw.name, found=f"{len(subjects)} subjects ({', '.join(subjects)})", expected="one",
+            cure="export each of them to a file of its own",
+        )  # fmt: skip
 
 
 def _markers(content: Mapping[str, ndarray]) -> tuple[dict[str, Float[ndarray, "T 3"]], list[Repair]]:

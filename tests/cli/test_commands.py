@@ -17,6 +17,7 @@ import cli.export
 import cli.inspect
 import cli.play
 import cli.retarget
+import cli.robot
 import cli.train
 import cli.verify
 
@@ -32,6 +33,7 @@ COMMANDS = {
     "dance-doctor": cli.doctor.main,
     "dance-export": cli.export.main,
     "dance-deploy": cli.deploy.main,
+    "dance-robot": cli.robot.main,
 }
 
 

@@ -86,7 +86,7 @@ def test_a_subjects_prefix_doubles_strays_and_angles_are_left_out_and_counted(tm
 
 def test_lost_ends_are_cut_off_and_long_gaps_refused(tmp_path):
     markers = standing()
-    markers["LTOE"][:7] = np.nan
+    markers["LANK"][:7] = np.nan
     clip = read_clip(write(tmp_path / "ends.c3d", markers))
     assert clip.frames == FRAMES - 7
     markers["LKNE"][15:30] = np.nan
@@ -143,3 +143,19 @@ def test_a_gait_recording_is_the_manifests(shared):
     assert 1.5 < clip.height < 1.8
     thigh = np.linalg.norm(clip.point("left_knee") - clip.point("left_hip"), axis=-1)
     assert thigh.std() < 0.01 < thigh.mean()
+
+
+def test_two_people_in_one_file_are_refused_by_name(tmp_path):
+    ana, ben = standing(), {n: m + [1.0, 0.0, 0.0] for n, m in standing().items()}
+    del ana["LTOE"]
+    both = {f"Ana:{n}": m for n, m in ana.items()} | {f"Ben:{n}": m for n, m in ben.items()}
+    with pytest.raises(ClipError, match=r"2 subjects \(Ana, Ben\).*a file of its own"):
+        read_clip(write(tmp_path / "two.c3d", both))
+
+
+def test_a_lost_toe_costs_the_toe_and_not_the_clip(tmp_path):
+    markers = standing()
+    markers["LTOE"][10:30] = np.nan
+    clip = read_clip(write(tmp_path / "toe.c3d", markers))
+    assert clip.frames == FRAMES and "left_toe" not in clip.landmarks and "right_toe" in clip.landmarks
+    assert any("left_toe" in r.what for r in clip.source.repairs)

@@ -49,6 +49,7 @@ def test_the_confirmed_mapping_reads_the_clip_as_the_names_would(nameless, tmp_p
     [
         (('left_hip = "J', 'left_hop = "J'), "left_hop.*did you mean 'left_hip'"),
         (('left_hip = "J', 'left_hip = "K'), "left_hip: found 'K"),
+        (('left_hip = "J', 'left_hip = "J0" # "J'), "for two parts of the body"),
         (("[landmarks]", "[marks]"), r"no table \[landmarks\]"),
         (('right_wrist = "', 'right_wrist = 5 # "'), r"no table \[landmarks\] of names"),
         (("[landmarks]", "[landmarks"), "no TOML"),

@@ -64,10 +64,11 @@ def t_pose(dance):
 
 def test_a_calibration_pose_that_is_held_is_left_out(dance):
     held = np.repeat(t_pose(dance)[None], round(0.7 * dance.fps), axis=0)
+    held = held + np.random.default_rng(0).normal(0.0, 0.001, held.shape)  # a marker's noise
     led = damaged(dance, positions=np.concatenate((held, dance.positions)), orientations=None)
     mended = repaired(led)
     assert "T-pose" in only_repair(mended).what
-    assert only_repair(mended).count == pytest.approx(len(held), abs=1)
+    assert only_repair(mended).count == pytest.approx(len(held), abs=round(0.12 * dance.fps))
     assert repaired(mended) is mended
 
 
@@ -121,14 +122,25 @@ def test_a_floor_that_drifts_and_leans_is_levelled(dance):
     video = resample(dance, 30.0)
     time = np.arange(video.frames) / video.fps
     positions = video.positions.copy()
-    lift = 0.02 * time[:, None] + 0.15 * positions[..., 0]
+    lift = 0.02 * time[:, None] + 0.08 * positions[..., 0]
     positions[..., 2] += lift
     mended = repaired(damaged(video, positions=positions))
     assert "floor levelled" in only_repair(mended).what
-    off = mended.positions - video.positions
-    assert np.ptp(off[..., 2]) < 0.15 * np.ptp(lift)
-    np.testing.assert_array_equal(off[..., :2], 0.0)
+    assert np.ptp((mended.positions - video.positions)[..., 2]) < 0.2 * np.ptp(lift)
     assert repaired(mended) is mended
+    # It is turned, not bent: distances are those that were recorded.
+    a, b = (
+        clip.point("left_ankle") - clip.point("right_shoulder")
+        for clip in (damaged(video, positions=positions), mended)
+    )
+    np.testing.assert_allclose(np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1), atol=1e-9)
+
+
+def test_a_floor_that_leans_like_a_roof_is_left_alone(dance):
+    positions = dance.positions.copy()
+    positions[..., 2] += 0.6 * positions[..., 0]
+    clip = damaged(dance, positions=positions)
+    assert repaired(clip) is clip
 
 
 def test_strict_refuses_what_would_be_mended_and_names_it(dance):

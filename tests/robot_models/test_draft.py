@@ -94,6 +94,16 @@ def test_a_joint_without_a_range_is_refused_by_name(tmp_path):
         draft_profile(path, "r", tmp_path / "r.toml")
 
 
+def test_arms_that_end_at_the_elbow_are_refused_with_the_cure(tmp_path):
+    spec = mujoco.MjSpec.from_file(str(ASSETS / "dancer.xml"))
+    for side in FEET:
+        spec.delete(spec.body(f"{side}_wrist_roll_link"))
+    path = tmp_path / "nowrist.xml"
+    path.write_text(spec.to_xml())
+    with pytest.raises(RobotError, match="the left elbow, at the end of its limb.*a body of its own"):
+        draft_profile(path, "r", tmp_path / "r.toml")
+
+
 def test_what_is_no_humanoid_is_refused(tmp_path):
     (tmp_path / "arm.xml").write_text(
         '<mujoco><worldbody><body name="a"><freejoint/><geom size=".1"/><body name="b" pos="0 0 .3"><joint name="j"'
