@@ -8,6 +8,7 @@ import pytest
 
 from clips import HumanClip, ReadOptions, cut, full_qpos, read_clip
 from robot_models import load_robot
+from robot_models import rotation as rot
 
 RATES = {
     "csv/g1_gangnam_style_60hz.csv": 60.0,
@@ -94,6 +95,20 @@ def test_one_dance_in_five_files_is_one_dance(shared):
     amp = full_qpos(read(shared, "npz/amp_G1_dance.npz"), load_robot("g1"))[::2]
     start = min(range(200, 300), key=lambda k: np.abs(truth[k : k + 300, 7:] - amp[:300, 7:]).mean())
     assert np.abs(truth[start : start + 300, 7:] - amp[:300, 7:]).mean() < 0.02
+
+
+def test_the_dancer_and_the_robot_of_one_dance_walk_one_path(shared):
+    """The BVH is whom the other four were made from: another body, one heading and one path, but for turn and size."""
+    person, robot = read(shared, "bvh/lafan1_dance1_subject2.bvh"), read(shared, "csv/lafan1_g1_dance1_subject2.csv")
+    left = person.point("left_hip") - person.point("right_hip")
+    off = np.unwrap(np.arctan2(-left[:, 0], left[:, 1])) - np.unwrap(rot.yaw(robot.root_quat))
+    assert np.percentile(np.abs(off - np.median(off)), 95) < np.radians(10)
+    turn = rot.from_yaw(np.array(-np.median(off)))
+    a = rot.rotate(np.broadcast_to(turn, (person.frames, 4)), person.point("pelvis"))[:, :2]
+    a, b = a - a.mean(axis=0), robot.root_pos[:, :2] - robot.root_pos[:, :2].mean(axis=0)
+    size = (a * b).sum() / (a * a).sum()
+    assert 0.6 < size < 0.9 and np.abs(size * a - b).max() < 0.04  # of a path of 3.4 by 4.5 m
+    assert np.corrcoef(person.point("pelvis")[:, 2], robot.root_pos[:, 2])[0, 1] > 0.97
 
 
 def test_the_tiktok_csv_and_npz_are_one_dance(shared):
