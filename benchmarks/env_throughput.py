@@ -22,8 +22,8 @@ from mujoco import rollout
 import tracking.envs  # noqa: F401  (registers the ids)
 from clips import load_reference
 from robot_models import load_robot
+from robot_models.cores import available_threads
 from tracking import TrackingTask
-from tracking.physics import available_threads
 
 STEPS, ROUNDS = 24, 5
 

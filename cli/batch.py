@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import glob
-import os
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from clips import ClipError, OutputError
 from clips.files import write_whole
 from retarget import RetargetConfig, RetargetError
 from retarget.batch import BatchConfig, Outcome, jobs_for, motion_files, run_batch, summary_rows
+from robot_models.cores import available_threads
 
 if TYPE_CHECKING:
     from cli.retarget import Arguments
@@ -57,7 +57,7 @@ def retarget_all(args: Arguments) -> int:
     )
     outcomes: list[Outcome] = []
     with progress("clips") as tell:
-        for outcome in run_batch(jobs, config, min(args.jobs or len(os.sched_getaffinity(0)), len(jobs))):
+        for outcome in run_batch(jobs, config, min(args.jobs or available_threads(), len(jobs))):
             outcomes.append(outcome)
             tell("retarget", len(outcomes), len(jobs), f"{Path(outcome.clip).name}: {outcome.verdict}")
     outcomes.sort(key=lambda o: (o.clip, o.robot))

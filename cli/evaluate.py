@@ -123,7 +123,8 @@ def _evaluate(args: Arguments, engines: tuple[str, ...]) -> dict[str, Evaluation
 
 
 def _sweep(args: Arguments, engines: tuple[str, ...], console: Console) -> int:
-    from tracking import available_threads, sweep
+    from robot_models.cores import available_threads
+    from tracking import sweep
 
     with progress("cells") as tell:
         cells = sweep(

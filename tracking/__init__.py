@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from tracking.export import check_contract, export_bundle
     from tracking.golden import read_golden, replay
     from tracking.gym_env import DanceTrackingEnv
-    from tracking.physics import available_threads
     from tracking.reference_check import ReferenceCheck, check_reference
     from tracking.runner import Measurement, Motion, Runner, motion_of, onnx_policy
     from tracking.task import TrackingTask
@@ -31,7 +30,6 @@ _HOME = {
     **dict.fromkeys(("ENGINES", "engine_names"), "tracking.engines"),
     **dict.fromkeys(("read_golden", "replay"), "tracking.golden"),
     **dict.fromkeys(("Cell", "sweep"), "tracking.conditions"),
-    "available_threads": "tracking.physics",
     "Bundle": "tracking.bundle",
     "load_bundle": "tracking.bundle",
     "DanceEnv": "tracking.dance_env",
@@ -71,7 +69,6 @@ __all__ = [
     "TrackingError",
     "TrackingTask",
     "TrainConfig",
-    "available_threads",
     "check_contract",
     "check_reference",
     "engine_names",

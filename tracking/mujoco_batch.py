@@ -11,8 +11,9 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models import RobotModel
+from robot_models.cores import available_threads
 from robot_models.surface import body_geoms
-from tracking.physics import PhysicsBatch, available_threads
+from tracking.physics import PhysicsBatch
 
 if TYPE_CHECKING:
     import mujoco

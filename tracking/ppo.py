@@ -16,8 +16,8 @@ import numpy as np
 import torch
 from tensordict import TensorDict
 
+from robot_models.cores import available_threads
 from tracking.config import PpoConfig
-from tracking.physics import available_threads
 from tracking.task import TrackingTask
 
 Actor = Any  # rsl_rl.models.MLPModel
