@@ -26,7 +26,7 @@ from robot_models import rotation as rot
 _GAP_S = 0.1  # the longest stretch that is filled
 _FASTEST_HIPS = 12.0  # of a person or a robot [m/s]; a sprinter's
 _FASTEST_POINT = 25.0  # of anything on a body [m/s]; a pitcher's hand
-_MOST = 0.5  # of a clip that a false start leaves
+_LEFT = 0.5  # of a clip that a false start leaves at least
 _START_S = 0.5  # in which a file may jump from its rest pose to its place
 _STALL = 0.3  # a motion this fast [m/s or rad/s] before and after frames that repeat does not stand still between
 _STILL = 0.3  # of any point of someone who stands still [m/s]
@@ -62,7 +62,7 @@ def without_false_start(clip: Clip) -> Clip:
     hips = _hips(clip)
     early = hips[: max(2, round(_START_S * clip.fps)) + 1]
     jumps = np.flatnonzero(np.linalg.norm(np.diff(early, axis=0), axis=1) * clip.fps > _FASTEST_HIPS)
-    if not len(jumps) or clip.frames - jumps[-1] - 1 < max(MIN_FRAMES, _MOST * clip.frames):
+    if not len(jumps) or clip.frames - jumps[-1] - 1 < max(MIN_FRAMES, _LEFT * clip.frames):
         return clip
     return _from_frame(clip, int(jumps[-1]) + 1, "the hips jump after them")
 
