@@ -15,20 +15,26 @@ from clips.source import UNITS, Finding, ReadOptions
 # Names without side, first match wins. The order settles the customs that clash: `LeftShoulder` is a collar bone
 # where a `LeftArm` exists; `left_foot` is the toe base where a `left_ankle` exists; `LeftLeg` is the shin.
 _SIDED = {
-    "hip": ("upleg", "upperleg", "thigh", "femur", "hip", "leg"),
+    "hip": ("upleg", "upperleg", "thigh", "thighbend", "femur", "hip", "leg"),
     "knee": ("knee", "lowerleg", "calf", "shin", "tibia", "leg"),
     "ankle": ("ankle", "foot"),
     "toe": ("toebase", "toe", "toes", "toe0", "footindex", "ball", "foot"),
-    "shoulder": ("upperarm", "arm", "humerus", "shoulder", "shldr"),
-    "elbow": ("elbow", "forearm", "lowerarm", "radius"),
+    "shoulder": ("upperarm", "arm", "humerus", "shldrbend", "shoulder", "shldr"),
+    "elbow": ("elbow", "forearm", "forearmbend", "lowerarm", "radius"),
     "wrist": ("wrist", "hand"),
 }
 _MIDDLE = {
     "pelvis": ("pelvis", "hips", "hip", "midhip", "root", "lowerback"),
-    "chest": ("chest4", "chest3", "spine3", "chest2", "spine2", "upperchest", "chest", "torso", "spine1", "thorax"),
-    "neck": ("neck", "neck1"),
+    "chest": (
+        "chest4", "chest3", "spine3", "chest2", "spine2", "upperchest", "chest", "torso", "t8", "spine03", "spine1", "thorax"
+    ),
+    "neck": ("neck", "neck1", "neck01"),
     "head": ("head", "nose"),
-}
+}  # fmt: skip
+# Of Mixamo, 3ds Max, VRM, Rigify, HumanIK, FreeMoCap: what stands before a name in every joint.
+_PREFIX = re.compile(
+    r"^(.*[:|]|mixamorig\d*_?|j_bip_(c_)?|(def|org)-|character\d*_|(bip\d*|joint|j|body)[_ ])", re.IGNORECASE
+)
 _LEG_SHARE = 0.491  # thigh + shank over stature (Drillis & Contini 1966: .245 + .246)
 
 
@@ -51,11 +57,15 @@ def find_landmarks(names: Sequence[str]) -> dict[str, str]:
 
 def _split(name: str) -> tuple[str, str]:
     """Side ("left", "right" or "") and bare lower-case name: `mixamorig:LeftUpLeg` -> ("left", "upleg")."""
-    bare = re.sub(r"^(.*[:|]|mixamorig\d*_?|(bip\d*|joint|j|body)[_ ])", "", name, flags=re.IGNORECASE).strip()
+    bare = _PREFIX.sub("", name).strip()
     for side in ("left", "right"):
         if re.match(side, bare, re.IGNORECASE) or re.search(rf"{side}$", bare, re.IGNORECASE):
             return side, _letters(re.sub(side, "", bare, count=1, flags=re.IGNORECASE))
-    match = re.match(r"^([lrLR])(?=[_ .A-Z])[_ .]?(.*)$", bare) or re.match(r"^(.*?)[_ .]([lrLR])$", bare)
+    match = (
+        re.match(r"^([lrLR])(?=[_ .A-Z])[_ .]?(.*)$", bare)
+        or re.match(r"^(.*?)[_ .]([lrLR])$", bare)
+        or re.match(r"^(.*[a-z])([LR])$", bare)
+    )
     if match:
         a, b = match.groups()
         letter, rest = (a, b) if len(a) == 1 and a in "lrLR" else (b, a)

@@ -384,6 +384,14 @@ def test_a_missing_file_is_refused(tmp_path):
         "pelvis left_collar left_shoulder left_elbow left_wrist left_hip left_knee left_ankle left_foot",
         "Root Hips LeftShoulder LeftArm LeftForeArm LeftHand LeftLeg LeftShin LeftFoot LeftToeBase",
         "Bip01 Bip01_L_Clavicle Bip01_L_UpperArm Bip01_L_Forearm Bip01_L_Hand Bip01_L_Thigh Bip01_L_Calf Bip01_L_Foot Bip01_L_Toe0",
+        "J_Bip_C_Hips J_Bip_L_Shoulder J_Bip_L_UpperArm J_Bip_L_LowerArm J_Bip_L_Hand "
+        "J_Bip_L_UpperLeg J_Bip_L_LowerLeg J_Bip_L_Foot",
+        "DEF-spine DEF-upper_arm.L DEF-forearm.L DEF-hand.L DEF-thigh.L DEF-shin.L DEF-foot.L DEF-toe.L",
+        "Character1_Hips Character1_LeftArm Character1_LeftForeArm Character1_LeftHand Character1_LeftUpLeg Character1_LeftLeg "
+        "Character1_LeftFoot",
+        "hip lCollar lShldrBend lForearmBend lHand lThighBend lShin lFoot",
+        "Hips UpperArmL ForeArmL HandL ThighL ShinL FootL",
+        "pelvis clavicle_l upperarm_l lowerarm_l hand_l thigh_l calf_l foot_l ball_l neck_01",
         "hip lCollar lShldr lForeArm lHand lThigh lShin lFoot lToe",
     ],
 )
