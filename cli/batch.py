@@ -40,8 +40,12 @@ def retarget_all(args: Arguments) -> int:
     _check(args)
     folder = args.out or Path("references")
     clips = (
-        motion_files(args.clip) if args.clip.is_dir() else sorted(map(Path, glob.glob(str(args.clip), recursive=True)))
+        motion_files(args.clip, but=folder)
+        if args.clip.is_dir()
+        else sorted(map(Path, glob.glob(str(args.clip), recursive=True)))
     )
+    if folder.resolve() == args.clip.resolve():
+        raise OutputError(f"--out {folder}", found="the folder of the clips", expected="another: results are no clips")
     if not clips:
         raise ClipError(str(args.clip), found="no motion file", expected="BVH, CSV, PKL, NPZ, AMC, C3D or txt below it")
     try:

@@ -13,7 +13,7 @@ from clips.errors import ClipError
 from clips.runs import runs_of
 from clips.source import Repair
 
-_MAX_GAP_S = 0.1
+MAX_GAP_S = 0.1  # the longest stretch that is filled, of anything
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,14 +59,14 @@ def without_gaps(
         where_left = f"left are {first / fps:.2f} to {(last - 1) / fps:.2f} s"
         repairs.append(Repair(what="frames left out at the ends, where points are lost", count=count, where=where_left))
     lost = lost[first:last]
-    stray = ~must & np.array([_worst(lost[:, k]) > _MAX_GAP_S * fps + 1e-9 for k in range(len(names))])
-    for k in np.flatnonzero(must & (lost.sum(axis=0) > _MAX_GAP_S * fps)):
+    stray = ~must & np.array([_worst(lost[:, k]) > MAX_GAP_S * fps + 1e-9 for k in range(len(names))])
+    for k in np.flatnonzero(must & (lost.sum(axis=0) > MAX_GAP_S * fps)):
         for a, b in runs_of(lost[:, k]):
-            if b - a > _MAX_GAP_S * fps + 1e-9:
+            if b - a > MAX_GAP_S * fps + 1e-9:
                 raise ClipError(
                     f"{where}, point '{names[k]}'",
                     found=f"no data from {(first + a) / fps:.2f} s to {(first + b) / fps:.2f} s",
-                    expected=f"gaps of at most {_MAX_GAP_S} s inside the clip",
+                    expected=f"gaps of at most {MAX_GAP_S} s inside the clip",
                     cure="fill it in the capture software, or cut the clip",
                 )
     if stray.any():
@@ -80,7 +80,7 @@ def without_gaps(
         for axis in range(3):
             filled[lost[:, k], k, axis] = np.interp(frames[lost[:, k]], frames[seen], filled[seen, k, axis])
     if lost.any():
-        where_filled = f"gaps of at most {_MAX_GAP_S} s, first at {np.argmax(lost.any(axis=1)) / fps:.2f} s"
+        where_filled = f"gaps of at most {MAX_GAP_S} s, first at {np.argmax(lost.any(axis=1)) / fps:.2f} s"
         repairs.append(
             Repair(what="lost samples filled by interpolation", count=int(lost.sum()), where=where_filled, of="samples")
         )

@@ -65,14 +65,7 @@ def human_clip(
         ClipError: landmarks missing, long gaps, mirrored or impossible points.
     """
     raw.check_rate(fps)
-    if options.mapping is not None:
-        known = read_mapping(Path(options.mapping), names)
-    else:
-        known = dict(landmarks or find_landmarks(names))
-    missing = [k for k in REQUIRED if k not in known]
-    if missing:
-        guess = guess_landmarks(names, parents, np.nan_to_num(positions)) | known
-        raise UnknownSkeleton(raw.name, names, missing, guess)
+    known = _landmarks_of(raw, names, parents, positions, options, landmarks)
     whole = without_gaps(positions, names, [known[k] for k in REQUIRED], fps, raw.name)
     positions, kept = whole.positions, list(whole.points)
     names, parents = [names[k] for k in kept], [kept.index(p) if p in kept else -1 for p in (parents[k] for k in kept)]
@@ -84,11 +77,7 @@ def human_clip(
     scale, unit_finding = (
         find_unit(leg_lengths(positions, names, known), options, raw.name) if unit is None else (1.0, unit)
     )
-    points, turns = np.empty_like(positions), None if orientations is None else np.empty_like(orientations)
-    for k in range(len(names)):  # point by point: an hour has no room for copies of everything
-        points[:, k] = scale * rot.rotate(turn, positions[:, k])
-        if turns is not None and orientations is not None:
-            turns[:, k] = rot.continuous(rot.normalise(rot.multiply(turn, orientations[:, k])))
+    points, turns = _in_our_axes(positions, orientations, turn, scale)
     height = stature(leg_lengths(points, names, known))
     _check_height(height, scale, unit_finding, raw.name)
     facing = _check_handedness(points, names, known, raw.name)
@@ -104,6 +93,40 @@ def human_clip(
         height=options.stature or height,
         source=raw.source(dialect, [*findings, up_finding, unit_finding, facing], done, [*repairs, *whole.repairs]),
     )
+
+
+def _landmarks_of(
+    raw: RawFile,
+    names: Sequence[str],
+    parents: Sequence[int],
+    positions: Float[ndarray, "T K 3"],
+    options: ReadOptions,
+    told: Mapping[str, str] | None,
+) -> dict[str, str]:
+    """Landmark -> point name: as the user says, else as the dialect knows, else by name; or a draft to be confirmed."""
+    if options.mapping is not None:
+        return read_mapping(Path(options.mapping), names)
+    known = dict(told or find_landmarks(names))
+    missing = [k for k in REQUIRED if k not in known]
+    if missing:
+        guess = guess_landmarks(names, parents, np.nan_to_num(positions)) | known
+        raise UnknownSkeleton(raw.name, names, missing, guess)
+    return known
+
+
+def _in_our_axes(
+    positions: Float[ndarray, "T K 3"],
+    orientations: Float[ndarray, "T K 4"] | None,
+    turn: Float[ndarray, "4"],
+    scale: float,
+) -> tuple[ndarray, ndarray | None]:
+    """Points turned and scaled, orientations turned; point by point, since an hour has no room for copies of everything."""
+    points, turns = np.empty_like(positions), None if orientations is None else np.empty_like(orientations)
+    for k in range(positions.shape[1]):
+        points[:, k] = scale * rot.rotate(turn, positions[:, k])
+        if turns is not None and orientations is not None:
+            turns[:, k] = rot.continuous(rot.normalise(rot.multiply(turn, orientations[:, k])))
+    return points, turns
 
 
 def _check_height(height: float, scale: float, unit: Finding, where: str) -> None:

@@ -65,13 +65,13 @@ def joint_centres(
     up = np.cross(ahead, left)
     points = {"pelvis": 0.25 * (front[0] + front[1]) + 0.5 * middle_back}
     for side, letter, marker, sign in (("left", "L", front[0], -1.0), ("right", "R", front[1], 1.0)):
-        outwards = -sign * left
-        points[f"{side}_hip"] = marker + width * (0.14 * sign * left - 0.30 * up - 0.19 * ahead)
+        across = sign * left  # towards the other leg
+        points[f"{side}_hip"] = marker + width * (0.14 * across - 0.30 * up - 0.19 * ahead)
         for part, above in (("knee", "hip"), ("ankle", "knee")):
             centre = _joint(markers, part, letter)
             if centre is None and (outer := _one(markers, _OUTER[part], letter)) is not None:
                 along = rot.unit(outer - points[f"{side}_{above}"])
-                inwards = -rot.unit(outwards - np.sum(outwards * along, axis=-1, keepdims=True) * along)
+                inwards = rot.unit(across - np.sum(across * along, axis=-1, keepdims=True) * along)
                 centre = outer + _HALF_WIDTH[part] * inwards
             if centre is None:
                 return None

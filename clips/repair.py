@@ -17,13 +17,13 @@ from numpy import ndarray
 from clips.clip import MIN_FRAMES, Clip, HumanClip, RobotClip
 from clips.errors import ClipError
 from clips.floor import on_level_floor
+from clips.gaps import MAX_GAP_S
 from clips.resample import cut, sample_quat
 from clips.runs import runs_of
 from clips.source import Repair
 from robot_models import load_robot
 from robot_models import rotation as rot
 
-_GAP_S = 0.1  # the longest stretch that is filled
 _FASTEST_HIPS = 12.0  # of a person or a robot [m/s]; a sprinter's
 _FASTEST_POINT = 25.0  # of anything on a body [m/s]; a pitcher's hand
 _LEFT = 0.5  # of a clip that a false start leaves at least
@@ -79,11 +79,11 @@ def without_calibration_pose(clip: Clip) -> Clip:
     level = (np.abs(stretched[..., 2]) < _LEVEL_ARM).all(axis=0)
     straight = np.linalg.norm(stretched.mean(axis=0), axis=-1) > _STRAIGHT_ARMS
     body = np.stack([clip.point(k) for k in clip.landmarks], axis=1)
-    ahead = max(1, round(_GAP_S * clip.fps))  # so that a marker's noise is no speed
+    ahead = max(1, round(MAX_GAP_S * clip.fps))  # so that a marker's noise is no speed
     later = body[np.minimum(np.arange(clip.frames) + ahead, clip.frames - 1)]
     still = np.linalg.norm(later - body, axis=-1).max(axis=1) < _STILL * ahead / clip.fps
     lead = int(np.argmin(np.append(level & straight & still, False)))
-    if lead < max(2.0, _GAP_S * clip.fps) or clip.frames - lead < MIN_FRAMES:
+    if lead < max(2.0, MAX_GAP_S * clip.fps) or clip.frames - lead < MIN_FRAMES:
         return clip
     return _from_frame(clip, lead, "a T-pose held still")
 
@@ -95,7 +95,7 @@ def without_repeats(clip: Clip) -> Clip:
     stalled = np.zeros(clip.frames, dtype=bool)
     for a, b in runs_of(step == 0.0):
         moving = 0 < a and b < clip.frames - 1 and min(step[a - 1], step[b]) * clip.fps > _STALL
-        if moving and b - a <= max(1.0, _GAP_S * clip.fps):
+        if moving and b - a <= max(1.0, MAX_GAP_S * clip.fps):
             stalled[a + 1 : b + 1] = True
     if not stalled.any():
         return clip
@@ -110,7 +110,7 @@ def without_spikes(clip: Clip) -> Clip:
     for name, values, fastest in _tracks(clip):
         out = values.copy()
         for column in range(values.shape[1]):
-            for a, b in _spikes(out[:, column], fastest[column] / clip.fps, max(1, round(_GAP_S * clip.fps))):
+            for a, b in _spikes(out[:, column], fastest[column] / clip.fps, max(1, round(MAX_GAP_S * clip.fps))):
                 share = (np.arange(a, b) - (a - 1.0)) / (b - a + 1.0)
                 out[a:b, column] = (1.0 - share)[:, None] * out[a - 1, column] + share[:, None] * out[b, column]
                 found.append((a, b - a))

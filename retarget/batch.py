@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
@@ -17,6 +18,7 @@ from typing import Literal
 from clips import ReadOptions, read_clip, repaired, save_reference
 from clips.files import write_whole
 from retarget.config import RetargetConfig
+from retarget.errors import RetargetError
 from retarget.hardship import hardest
 from retarget.pipeline import Retargeted, retarget
 from robot_models import DanceError, load_robot
@@ -64,24 +66,38 @@ class Outcome:
 
 
 def jobs_for(clips: Sequence[Path], robots: Sequence[str], folder: Path) -> list[Job]:
-    """Every clip for every robot; outputs named after both, and after the clip's folder where names repeat.
+    """Every clip for every robot; outputs named after both, and after the clip's way down where names repeat.
 
     Args:
         clips: the files.
         robots: catalogue keys or profile paths.
         folder: where the references go.
+
+    Raises:
+        RetargetError: two pairs would have one output.
     """
     stems = [c.stem for c in clips]
-    jobs = []
+    top = Path(os.path.commonpath([c.resolve().parent for c in clips])) if clips else Path()
+    jobs: dict[Path, Job] = {}
     for clip, stem in zip(clips, stems, strict=True):
-        name = stem if stems.count(stem) == 1 else f"{clip.parent.name}_{clip.stem}_{clip.suffix[1:]}"
-        jobs += [Job(clip=clip, robot=r, out=folder / f"{name}_{Path(r).stem}.npz") for r in robots]
-    return jobs
+        way = clip.resolve().relative_to(top)
+        name = stem if stems.count(stem) == 1 else "_".join((*way.parent.parts, stem, clip.suffix[1:]))
+        for robot in robots:
+            job = Job(clip=clip, robot=robot, out=folder / f"{name}_{Path(robot).stem}.npz")
+            if job.out in jobs:
+                other = jobs[job.out]
+                raise RetargetError(
+                    str(job.out), found=f"{other.clip} on {other.robot} and {clip} on {robot}", expected="an output for each",
+                    cure="rename one of them",
+                )  # fmt: skip
+            jobs[job.out] = job
+    return list(jobs.values())
 
 
-def motion_files(folder: Path) -> list[Path]:
-    """The files below a folder that may hold motion, by suffix, in order of name."""
-    return sorted(p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file())
+def motion_files(folder: Path, *, but: Path) -> list[Path]:
+    """The files below a folder that may hold motion, by suffix, in order of name; none below `but`, where results go."""
+    found = (p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file())
+    return sorted(p for p in found if not p.resolve().is_relative_to(but.resolve()))
 
 
 def run_batch(jobs: Sequence[Job], config: BatchConfig, workers: int) -> Iterator[Outcome]:
@@ -185,8 +201,6 @@ def _pool(workers: int) -> ProcessPoolExecutor:
 
 def _one_thread_each() -> None:
     """Processes share the cores; the threads of numpy's libraries would fight over them."""
-    import os
-
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"
 

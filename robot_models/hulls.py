@@ -32,11 +32,11 @@ def surface_points(path: Path, bodies: Sequence[str]) -> dict[str, Float[ndarray
         for part in mesh_parts(bodies, path):
             if part.vertices is not None:
                 found.setdefault(part.body, []).append(part.vertices)
-    try:
-        model = mujoco.MjModel.from_xml_path(str(path))
-    except ValueError:  # meshes that are not there, or a package:// path
-        model = None
-    if model is not None and not found:
+    if not found:
+        try:
+            model = mujoco.MjModel.from_xml_path(str(path))
+        except ValueError:  # meshes that are not there, or a package:// path
+            return {}
         for geom in range(model.ngeom):
             body = _moving_body(model, int(model.geom_bodyid[geom]))
             name = model.body(body).name

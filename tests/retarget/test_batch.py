@@ -11,7 +11,7 @@ import pytest
 from conftest import SAMPLES
 
 from clips import cut, load_reference, read_clip, save_reference
-from retarget import RetargetConfig, retarget
+from retarget import RetargetConfig, RetargetError, retarget
 from retarget.batch import BatchConfig, Job, jobs_for, motion_files, run_batch, run_job, summary_rows
 from robot_models import load_robot
 
@@ -41,10 +41,21 @@ def test_outputs_are_named_after_clip_and_robot_and_never_share_a_name(tmp_path)
     clips = [tmp_path / "x" / "walk.bvh", tmp_path / "y" / "walk.bvh", tmp_path / "run.csv"]
     outs = [job.out.name for job in jobs_for(clips, ["g1", "dancer"], tmp_path)]
     assert len(set(outs)) == 6 and "run_g1.npz" in outs and "x_walk_bvh_g1.npz" in outs
+    deep = [tmp_path / "p" / "x" / "walk.bvh", tmp_path / "q" / "x" / "walk.bvh"]
+    assert len({job.out for job in jobs_for(deep, ["g1"], tmp_path)}) == 2
+    with pytest.raises(RetargetError, match="an output for each"):
+        jobs_for([tmp_path / "a.bvh"], ["mine/r.toml", "yours/r.toml"], tmp_path)
+
+
+def test_references_in_the_folder_are_no_clips_of_the_next_run(tmp_path):
+    (tmp_path / "out").mkdir()
+    for name in ("a.bvh", "out/a_g1.npz"):
+        (tmp_path / name).write_text("x")
+    assert [p.name for p in motion_files(tmp_path, but=tmp_path / "out")] == ["a.bvh"]
 
 
 def test_a_folder_is_done_once_and_a_bad_clip_does_not_stop_it(folder, tmp_path):
-    clips = motion_files(folder)
+    clips = motion_files(folder, but=tmp_path)
     assert [c.name for c in clips] == ["a.bvh", "b.bvh", "cut.bvh"]
     jobs = jobs_for(clips, ["dancer"], tmp_path)
     outcomes = {o.clip.rsplit("/", 1)[-1]: o for o in run_batch(jobs, QUICK, 1)}
