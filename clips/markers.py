@@ -85,6 +85,7 @@ def joint_centres(
         down = rot.unit(points["pelvis"] - 0.5 * (points["left_shoulder"] + points["right_shoulder"]))
         for side in ("left", "right"):
             points[f"{side}_shoulder"] = points[f"{side}_shoulder"] + _SHOULDER_DROP * down
+        points["neck"] = 0.5 * (points["left_shoulder"] + points["right_shoulder"])
     head = next((h for h in _HEAD if all(n in markers for n in h)), None)
     if head:
         points["head"] = np.mean([markers[n] for n in head], axis=0)

@@ -40,14 +40,25 @@ def find_profile(name_or_path: str) -> RobotProfile:
     )
 
 
-@lru_cache(maxsize=8)
 def load_robot(name_or_path: str = DEFAULT_ROBOT) -> RobotModel:
-    """Load and compile a robot; the same object comes back the next time.
+    """Load and compile a robot; the same object comes back the next time, unless its profile was written anew.
 
     Raises:
         RobotError: unknown name, missing package, or a profile that does not fit its model file.
     """
+    if name_or_path in robot_names():
+        return _load(name_or_path, 0)
+    profile = Path(name_or_path).with_suffix(".toml").resolve()
+    return _load(str(profile) if profile.is_file() else name_or_path, _written(profile))
+
+
+@lru_cache(maxsize=8)
+def _load(name_or_path: str, written: int) -> RobotModel:
     return build_robot(find_profile(name_or_path))
+
+
+def _written(path: Path) -> int:
+    return path.stat().st_mtime_ns if path.is_file() else 0
 
 
 def installed(name: str) -> bool:

@@ -52,8 +52,7 @@ def draft_profile(path: Path, name: str, out: Path) -> Draft:
     ankle = stranger.data.body(limbs.legs["left"][-1]).xpos[2]
     servos = servo_guess(stranger, float(stranger.data.subtree_com[1][2] - ankle) - soles["left"][2], path)
     pose = pose_guess(stranger)
-    bare = not any(model.geom_contype[g] for g in range(model.ngeom))
-    capsules = capsules_of(points, [b for b in bodies if b not in limbs.loose]) if bare else []
+    capsules = capsules_of(points, _bare(stranger, [b for b in bodies if b not in limbs.loose], path))
     notes = [
         "friction: 0.8, rubber on a hall floor",
         *(
@@ -154,6 +153,17 @@ def _check_stance(stranger: Stranger, points: Mapping[str, Float[ndarray, "V 3"]
     for fault, found, expected, cure in faults:
         if fault:
             raise RobotError(str(path), found=found, expected=expected, cure=cure)
+
+
+def _bare(stranger: Stranger, bodies: Sequence[str], path: Path) -> Sequence[str]:
+    """Bodies that need a capsule: those that the file gives no primitive.
+
+    All of a URDF's, if one does: where a profile has capsules, they stand for the whole surface of a URDF.
+    """
+    model = stranger.model
+    dressed = {model.body(int(b)).name for b in model.geom_bodyid}
+    bare = [b for b in bodies if b not in dressed]
+    return bodies if bare and path.suffix.lower() == ".urdf" else bare
 
 
 def _soles(stranger: Stranger, points: Mapping[str, Float[ndarray, "V 3"]]) -> tuple[dict[str, Sole], list[str]]:

@@ -23,8 +23,8 @@ from clips.markers import joint_centres
 from clips.source import UNITS, Finding, RawFile, ReadOptions, Repair
 
 _PARENTS = {
-    "hip": "pelvis", "knee": "hip", "ankle": "knee", "toe": "ankle", "shoulder": "pelvis", "elbow": "shoulder",
-    "wrist": "elbow", "head": "pelvis",
+    "hip": "pelvis", "knee": "hip", "ankle": "knee", "toe": "ankle", "neck": "pelvis", "head": "neck", "shoulder": "neck",
+    "elbow": "shoulder", "wrist": "elbow",
 }  # fmt: skip
 _INTEL = 84  # its sign in the parameter section
 _BLOCK = 512  # bytes; sections of a C3D begin at whole blocks
@@ -187,5 +187,5 @@ def _markers(content: Mapping[str, ndarray]) -> tuple[dict[str, Float[ndarray, "
 def _parent(name: str, names: list[str]) -> int:
     side, _, part = name.rpartition("_")
     above = _PARENTS.get(part, "")
-    above = f"{side}_{above}" if side and above != "pelvis" else above
+    above = f"{side}_{above}" if side and above not in ("pelvis", "neck") else above
     return names.index(above) if above in names and above != name else -1

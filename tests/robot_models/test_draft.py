@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from robot_models import FEET, RobotError, forward_kinematics, load_robot, read_profile
+from robot_models import FEET, RobotError, forward_kinematics, load_robot
 from robot_models.draft import draft_profile, without_overlaps
 from robot_models.profile import PROFILES
 
@@ -123,25 +123,48 @@ def test_ranges_that_differ_left_and_right_are_doubted(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "file",
+    ("file", "wrong"),
     [
-        "romeo_description/urdf/romeo_small.urdf", "talos_data/robots/talos_full_v2.urdf",
-        "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf",
+        ("romeo_description/urdf/romeo_small.urdf", ""),
+        (
+            "talos_data/robots/talos_full_v2.urdf",
+            "deepest self-collision",
+        ),  # its arms' capsules are wider than its arms
+        ("g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf", ""),
     ],
-)  # fmt: skip
-def test_a_strangers_urdf_dances_at_once(tmp_path, file, capsys, monkeypatch):
+)
+def test_a_strangers_urdf_dances_at_once(tmp_path, file, wrong, capsys, monkeypatch):
     if not (SHARE / file).is_file():
         pytest.skip("example-robot-data is not installed")
     from cli.robot import main
+    from robot_models.surface import body_geoms
 
     monkeypatch.chdir(tmp_path)
-    assert main(["add", str(SHARE / file), "--name", "stranger", "-o", "stranger.toml"]) == 0
+    assert main(["add", str(SHARE / file), "--name", "stranger", "-o", "stranger.toml"]) == bool(wrong)
     said = capsys.readouterr().out
-    assert "stands 3.0 of 3 s" in said and "all gates hold" in said
+    assert "stands 3.0 of 3 s" in said
+    told = [line for line in said.splitlines() if line.startswith("look at")]
+    assert len(told) == bool(wrong) and all(wrong in line for line in told)
     error = re.search(r"limb direction error\s+([0-9.]+)", said)
     assert error and float(error[1]) < 6.0
     assert (tmp_path / "stranger_check.rrd").stat().st_size > 1e5
-    assert read_profile(tmp_path / "stranger.toml").name == "stranger"
+    # What cannot touch cannot fail: every thick link has a surface.
+    robot = load_robot(str(tmp_path / "stranger.toml"))
+    dressed = {robot.model.body(int(robot.model.geom_bodyid[g])).name for g in body_geoms(robot)}
+    assert {robot.profile.landmarks[k] for k in ("left_knee", "right_knee", "torso")} <= dressed
+
+
+def test_a_profile_written_anew_is_a_new_robot(tmp_path, monkeypatch):
+    (tmp_path / "a").mkdir(), (tmp_path / "b").mkdir()
+    robots = {}
+    for folder, name in (("a", "dancer"), ("b", "g1")):  # one name in two folders
+        monkeypatch.chdir(tmp_path / folder)
+        Path("r.toml").write_text(draft_profile(ASSETS / f"{name}.xml", "r", Path("r.toml")).text)
+        robots[name] = load_robot("r.toml")
+        assert load_robot("r.toml") is robots[name]
+    assert len(robots["dancer"].joint_names) == 28 and len(robots["g1"].joint_names) == 29
+    Path("r.toml").write_text(draft_profile(ASSETS / "dancer.xml", "r", Path("r.toml")).text)
+    assert len(load_robot("r.toml").joint_names) == 28
 
 
 def test_the_command_does_not_write_over_a_profile(tmp_path, capsys, monkeypatch):
