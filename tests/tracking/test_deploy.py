@@ -4,6 +4,7 @@ import dataclasses
 import json
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
@@ -185,6 +186,30 @@ def test_a_loop_that_hangs_is_damped_by_the_watchdog(runner):
     done = perform(controller, wire, send=True, linger_s=0.1)
     assert "hung" in done.tripped or "late" in done.tripped
     assert not wire.sent[-1].kp.any()
+
+
+class Slow(Hanging):
+    """A robot whose writes take long, and which notes two at once."""
+
+    def __init__(self, robot):
+        super().__init__(robot)
+        self.busy, self.together = threading.Lock(), 0
+
+    def write(self, command):
+        self.together += not self.busy.acquire(blocking=False)
+        time.sleep(0.015)
+        if self.busy.locked():
+            self.busy.release()
+        self.sent.append(command)
+
+
+def test_loop_and_watchdog_never_write_at_once_and_after_a_trip_nothing_but_damping_passes(runner):
+    wire = Slow(load_robot("g1"))
+    controller = Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.0, rise_s=5.0))
+    perform(controller, wire, send=True, linger_s=0.2)
+    stiff = [s.kp.any() for s in wire.sent]
+    assert not wire.together and len(stiff) > 8
+    assert stiff.index(True) < 6 and not any(stiff[7:])
 
 
 class Breaking(Simulated):

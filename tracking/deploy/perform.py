@@ -69,8 +69,8 @@ def perform(
     done, dt = Performance(), controller.runner.contract.control_dt
     first = _first_state(wire)
     due, over_at = time.monotonic(), np.inf
-    alive = [due]
-    watch = _watchdog(alive, controller, wire if send else None, first)
+    outlet, alive = _Outlet(controller, wire if send else None), [due]
+    watch = _watchdog(alive, controller, outlet)
     try:
         while time.monotonic() < over_at + linger_s:
             began = time.monotonic()
@@ -78,8 +78,7 @@ def perform(
                 controller.stop("stopped by a person")
             state = wire.read() or first
             command = controller.tick(state, began, due)
-            if send:
-                wire.write(command)
+            outlet.write(command)
             alive[0] = time.monotonic()
             done.ticks.append(alive[0])
             done.thinking.append(alive[0] - began)
@@ -93,8 +92,7 @@ def perform(
     except BaseException as e:
         # The SDK would repeat the last command for as long as the process lives.
         controller.stop(f"the controller broke: {e}")
-        if send:
-            wire.write(controller.tick(first, 0.0, 0.0))
+        outlet.write(controller.damping())
         raise
     finally:
         watch.set()
@@ -114,7 +112,21 @@ def _first_state(wire: Wire) -> State:
     return state
 
 
-def _watchdog(alive: list[float], controller: Controller, wire: Wire | None, state: State) -> threading.Event:
+class _Outlet:
+    """The one way out: loop and watchdog never write at once, and after a trip only damping passes."""
+
+    def __init__(self, controller: Controller, wire: Wire | None) -> None:
+        self._controller, self._wire, self._lock = controller, wire, threading.Lock()
+
+    def write(self, command: Command) -> None:
+        """Send, unless nothing is to be sent."""
+        if self._wire is None:
+            return
+        with self._lock:
+            self._wire.write(self._controller.damping() if self._controller.guard.tripped else command)
+
+
+def _watchdog(alive: list[float], controller: Controller, outlet: _Outlet) -> threading.Event:
     """The SDK repeats the newest command for ever: a loop that hangs must not leave a dancing one there."""
     end = threading.Event()
 
@@ -122,8 +134,7 @@ def _watchdog(alive: list[float], controller: Controller, wire: Wire | None, sta
         while not end.wait(0.02):
             if time.monotonic() - alive[0] > _HANGING:
                 controller.stop(f"the controller's loop hung for {_HANGING} s")
-                if wire is not None:
-                    wire.write(controller.tick(state, 0.0, 0.0))
+                outlet.write(controller.damping())
 
     threading.Thread(target=watch, daemon=True).start()
     return end

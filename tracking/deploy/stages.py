@@ -50,6 +50,11 @@ class Controller:
         """Damping, for good; a person's stop key ends here."""
         self.guard.trip(reason)
 
+    def damping(self) -> Command:
+        """Soft joints that resist motion; it needs no number of a state, which may itself be what is wrong."""
+        c = self.runner.contract
+        return Command(target=c.default_joint_pos, kp=np.zeros_like(c.kp), kd=c.stand_kd)
+
     def tick(self, state: State, now: float, due: float) -> Command:
         """The command of this control period.
 
@@ -59,23 +64,23 @@ class Controller:
             due: when this tick was meant to be [s].
         """
         if self.stage is Stage.OVER or not self.guard.state(state, now, due):
-            return self._over(state)
+            return self._over()
         self._ticks += 1
         command = self._command(state)
-        return command if self.guard.command(command, state) else self._over(state)
+        return command if self.guard.command(command, state) else self._over()
 
     def _command(self, state: State) -> Command:
         c, dt = self._config, self.runner.contract.control_dt
         passed = self._ticks * dt
         if self.stage is Stage.DAMPING:
             if passed < c.damping_s:
-                return self._damping(state)
+                return self.damping()
             self._enter(Stage.STAND, state)
         if self.stage is Stage.STAND:
             if passed < c.rise_s + c.stand_s or self._ticks == 0:
                 return self._standing(min(1.0, self._ticks * dt / c.rise_s))
             if self.dances >= c.loops:
-                return self._over(state)
+                return self._over()
             self._enter(Stage.DANCE, state)
             self.runner.start(_measured(state), 0)
         if self.runner.over:
@@ -95,14 +100,9 @@ class Controller:
         target = (1.0 - share) * self._from + share * self.runner.motion.joint_pos[0]
         return Command(target=target, kp=c.stand_kp, kd=c.stand_kd)
 
-    def _damping(self, state: State) -> Command:
-        c = self.runner.contract
-        return Command(target=state.joint_pos.copy(), kp=np.zeros_like(c.kp), kd=c.stand_kd)
-
-    def _over(self, state: State) -> Command:
-        self.stage, c = Stage.OVER, self.runner.contract
-        # The state itself may be what is wrong: a damping command needs none of its numbers.
-        return Command(target=c.default_joint_pos, kp=np.zeros_like(c.kp), kd=c.stand_kd)
+    def _over(self) -> Command:
+        self.stage = Stage.OVER
+        return self.damping()
 
 
 def _measured(state: State) -> Measurement:
