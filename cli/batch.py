@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from cli.terminal import BELOW_GATE, DONE, REFUSED, progress
 from clips import ClipError, OutputError
 from clips.files import write_whole
 from retarget import RetargetConfig, RetargetError
-from retarget.batch import BatchConfig, Outcome, jobs_for, motion_files, run_batch, summary_rows
+from retarget.batch import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
 from robot_models.cores import available_threads
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def retarget_all(args: Arguments) -> int:
     )
     outcomes: list[Outcome] = []
     with progress("clips") as tell:
-        for outcome in run_batch(jobs, config, min(args.jobs or available_threads(), len(jobs))):
+        for outcome in _outcomes(jobs, config, args):
             outcomes.append(outcome)
             tell("retarget", len(outcomes), len(jobs), f"{Path(outcome.clip).name}: {outcome.verdict}")
     outcomes.sort(key=lambda o: (o.clip, o.robot))
@@ -77,8 +78,20 @@ def retarget_all(args: Arguments) -> int:
     return DONE if set(verdicts) <= {"keep", "down-weight"} else BELOW_GATE
 
 
+def _outcomes(jobs: list[Job], config: BatchConfig, args: Arguments) -> Iterator[Outcome]:
+    if args.ray is None:
+        return run_batch(jobs, config, min(args.jobs or available_threads(), len(jobs)))
+    from retarget.cluster import run_on_ray
+
+    return run_on_ray(jobs, config, args.ray)
+
+
 def _check(args: Arguments) -> None:
     """Refuse what means one clip."""
+    if args.ray is not None and args.jobs is not None:
+        raise RetargetError(
+            "--jobs", found="--ray beside it", expected="one of them", cure="the cluster knows its cores"
+        )
     given = [
         name
         for name, value in {

@@ -43,6 +43,7 @@ class Arguments:
         dance-retarget verse.bvh --then chorus.bvh verse.bvh -o song.npz
         dance-retarget fast.bvh --fit-dynamics
         dance-retarget clips/ -o references --robot g1,dancer --jobs 2
+        dance-retarget /shared/clips -o /shared/references --ray 10.0.0.5:6379
     """
 
     clip: ClipPath
@@ -53,6 +54,8 @@ class Arguments:
     """The reference to write; default: <clip>_<robot>.npz in the current folder. For a folder of clips: a folder."""
     jobs: int | None = None
     """Processes for a folder of clips; default: one per core that may be used."""
+    ray: str | None = None
+    """Work on a Ray cluster instead: its host:port, 'auto' for this machine's, 'local' to start one here."""
     start: float = 0.0
     """Begin at this second of the clip."""
     end: float | None = None
@@ -148,6 +151,11 @@ def _check(args: Arguments) -> None:
         raise RetargetError(
             "--fit-dynamics", found="--contacts, --keys or --write-contacts beside it",
             expected="one of them: their seconds would move when the dance is slowed",
+        )  # fmt: skip
+    if args.ray is not None or args.jobs is not None:
+        raise RetargetError(
+            "--ray or --jobs", found="one clip", expected="a folder of clips, or a pattern of names",
+            cure="leave them out: one clip is one job",
         )  # fmt: skip
     several = bool(args.then) or args.loop != 1
     if several and (edits or args.fit_dynamics or args.loop < 1):

@@ -123,9 +123,12 @@ def run_batch(jobs: Sequence[Job], config: BatchConfig, workers: int) -> Iterato
     for job in left:
         with _pool(1) as pool:
             outcome = _result(pool.submit(run_job, job, config))
-        yield outcome or Outcome(
-            clip=str(job.clip), robot=job.robot, key="", verdict="exclude", message="its process was killed, twice"
-        )
+        yield outcome or lost(job, "its process was killed, twice")
+
+
+def lost(job: Job, why: str) -> Outcome:
+    """The outcome of a job that came to no reference."""
+    return Outcome(clip=str(job.clip), robot=job.robot, key="", verdict="exclude", message=why)
 
 
 def run_job(job: Job, config: BatchConfig) -> Outcome:
@@ -144,7 +147,10 @@ def run_job(job: Job, config: BatchConfig) -> Outcome:
         save_reference(result.reference, job.out, float32=config.float32)
         outcome = _judged(job, key, result, config)
     except DanceError as e:
-        outcome = Outcome(clip=str(job.clip), robot=job.robot, key="", verdict="exclude", message=str(e))
+        outcome = lost(job, str(e))
+    except Exception as e:  # a fault of ours: it shall be seen, and not cost the other clips
+        why = f"a fault of this tool, {type(e).__name__}: {e}; retarget this clip by itself for the whole trace"
+        outcome = lost(job, why)
     outcome = replace(outcome, took_s=round(time.perf_counter() - began, 3))
     if outcome.key:
         with write_whole(_note(job)) as stream:
@@ -172,9 +178,13 @@ def _key(job: Job, config: BatchConfig) -> str:
     """Hash of clip, robot, configuration and versions."""
     told = hashlib.sha256(job.clip.read_bytes() if job.clip.is_file() else b"")
     told.update(load_robot(job.robot).hash.encode())
-    versions = {p: version(p) for p in ("dance-retarget", "numpy", "scipy", "mujoco")}
-    told.update(json.dumps([_FORMAT, asdict(config), versions], sort_keys=True, default=str).encode())
+    told.update(json.dumps([_FORMAT, asdict(config), versions()], sort_keys=True, default=str).encode())
     return told.hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Of the packages that results follow from."""
+    return {p: version(p) for p in ("dance-retarget", "numpy", "scipy", "mujoco")}
 
 
 def _earlier(job: Job, key: str) -> Outcome | None:
