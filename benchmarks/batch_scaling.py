@@ -87,7 +87,8 @@ def _row(clips: list[Path], scratch: Path, how: str, work, alone: float = 0.0, c
     began = time.perf_counter()
     outcomes = list(work(jobs))
     took = time.perf_counter() - began
-    assert len(outcomes) == len(jobs) and all(o.verdict != "exclude" for o in outcomes)
+    assert len(outcomes) == len(jobs)
+    assert all(o.verdict != "exclude" for o in outcomes), [o.message for o in outcomes if o.message]
     gain = f"{alone / took:.2f} | {100 * alone / took / cores:.0f} %" if alone else " | "
     print(f"| {len(clips)} x 2 | {how} | {took:.1f} | {took / len(jobs):.2f} | {gain} |", flush=True)
     return took

@@ -32,6 +32,7 @@ class Arguments:
         dance-eval groove-g1 --engine all --recording both.rrd
         dance-eval runs/groove --rollouts 500 --json result.json
         dance-eval groove-g1 --engine all --sweep --picture sweep.png
+        dance-eval runs/song                  # one policy, several dances: a row for each
     """
 
     bundle: ClipPath
@@ -72,12 +73,15 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Load, check, roll out, report."""
     from tracking import engine_names, load_bundle, read_golden, replay
-    from tracking.bundle import GOLDEN
+    from tracking.bundle import CONTRACT, GOLDEN
 
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
     console = Console(highlight=False, soft_wrap=True)
     engines = engine_names(args.engine)
+    inside = sorted(p.parent for p in args.bundle.glob(f"*/{CONTRACT}")) if args.bundle.is_dir() else []
+    if inside and not (args.bundle / CONTRACT).exists():
+        return _each(args, inside, engines, console)
     bundle = load_bundle(args.bundle, reference=args.ref, robot=args.robot)
     if bundle.contract.robot_hash:
         apart = replay(bundle.runner, read_golden(bundle.folder / GOLDEN))
@@ -86,7 +90,7 @@ def run(args: Arguments) -> int:
         console.print(f"another tool's policy: {bundle.contract.source}", markup=False)
     if args.sweep:
         return _sweep(args, engines, console)
-    results = _evaluate(args, engines)
+    results = _evaluate(args, args.bundle, engines)
     tables = {name: _rows(result) for name, result in results.items()}
     lines = _side_by_side(tables)
     table = Table(*lines[0], box=None, pad_edge=False, header_style="bold")
@@ -107,13 +111,35 @@ def run(args: Arguments) -> int:
     return DONE if all(r.finished >= GATE for r in results.values()) else BELOW_GATE
 
 
-def _evaluate(args: Arguments, engines: tuple[str, ...]) -> dict[str, Evaluation]:
+def _each(args: Arguments, folders: list[Path], engines: tuple[str, ...], console: Console) -> int:
+    """One policy that dances several references: a row for each."""
+    alone = {"--ref": args.ref, "--sweep": args.sweep, "--recording": args.recording, "--picture": args.picture}
+    if any(alone.values()):
+        raise TrackingError(
+            ", ".join(name for name, given in alone.items() if given), found=f"a run of {len(folders)} dances",
+            expected="the bundle of one of them", cure=f"name it, as {folders[0]}",
+        )  # fmt: skip
+    results = {folder.name: _evaluate(args, folder, engines) for folder in folders}
+    table = Table(box=None, pad_edge=False, header_style="bold", title="finished %, survived s, body error mm")
+    for column in ("", "s", *engines):
+        table.add_column(column, justify="left" if not column else "right")
+    for name, row in results.items():
+        table.add_row(name, f"{row[engines[0]].duration_s:.1f}", *(_short(row[engine]) for engine in engines))
+    console.print(table)
+    if args.json is not None:
+        told = {name: {engine: result.as_dict() for engine, result in row.items()} for name, row in results.items()}
+        _write(args.json, json.dumps(told, indent=1), console)
+    every = [result for row in results.values() for result in row.values()]
+    return DONE if all(result.finished >= GATE for result in every) else BELOW_GATE
+
+
+def _evaluate(args: Arguments, folder: Path, engines: tuple[str, ...]) -> dict[str, Evaluation]:
     from tracking import ENGINES, evaluate, evaluation_task, load_bundle
 
     results = {}
     with progress("steps") as tell:
         for name in engines:
-            bundle = load_bundle(args.bundle, reference=args.ref, robot=args.robot)
+            bundle = load_bundle(folder, reference=args.ref, robot=args.robot)
             task = evaluation_task(bundle.config, randomised=args.randomisation)
             results[name] = evaluate(
                 bundle.runner, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=args.seed,
@@ -136,7 +162,7 @@ def _sweep(args: Arguments, engines: tuple[str, ...], console: Console) -> int:
     for column in ("", *engines):
         table.add_column(column, justify="left" if not column else "right")
     for condition, row in by_condition(cells).items():
-        table.add_row(condition, *(_short(row[name]) for name in engines))
+        table.add_row(condition, *(_short(row[name].result) for name in engines))
     console.print(table)
     if args.json is not None:
         _write(args.json, json.dumps([cell.as_dict() for cell in cells], indent=1), console)
@@ -157,8 +183,7 @@ def by_condition(cells: list[Cell]) -> Mapping[str, Mapping[str, Cell]]:
     return rows
 
 
-def _short(cell: Cell) -> str:
-    r = cell.result
+def _short(r: Evaluation) -> str:
     text = f"{100 * r.finished:.0f}, {r.survived_s:.1f}, {r.body_error_mm:.0f}"
     return text if r.finished >= 0.9 else f"[red]{text}[/]"
 

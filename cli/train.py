@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from cli.terminal import BELOW_GATE, DONE, Out, command, progress
-from clips import Reference, load_reference
+from clips import load_reference
 from clips.files import write_whole
 from robot_models import RobotModel, load_robot
 from tracking.config import TrainConfig
@@ -20,6 +19,7 @@ from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
     from tracking import ReferenceCheck
+    from tracking.repertoire import Piece
     from tracking.training import Run
 
 GATE = 0.95  # share of rollouts that shall finish
@@ -37,15 +37,18 @@ class Arguments:
         dance-train --ref out.npz --check-ref
         dance-train --ref out.npz --minutes 2
         dance-train --ref out.npz -o runs/groove --resume
+        dance-train --ref verse.npz chorus.npz -o runs/song
+        dance-train --ref references -o runs/all --steps 50000000
         tensorboard --logdir runs
     """
 
-    ref: Path
-    """The reference (.npz) that dance-retarget wrote."""
+    ref: tuple[Path, ...]
+    """The reference (.npz) that dance-retarget wrote; or several of one robot, or a folder of them, for one policy."""
     robot: str | None = None
     """Path of the robot's profile, where it is not a built-in one."""
     out: Out = None
-    """Folder of the run; default: runs/<reference>."""
+    """Folder of the run, which is the bundle; of several references each has its bundle inside. Default:
+    runs/<reference>."""
     steps: int = TrainConfig.steps
     """Budget in control steps of all environments together; the schedules run over it."""
     minutes: float = TrainConfig.minutes
@@ -79,37 +82,70 @@ def run(args: Arguments) -> int:
     """Load, train, report."""
     from tracking import check_reference, train
     from tracking.bundle import REFERENCE
-    from tracking.reference_check import failed_gates
+    from tracking.repertoire import bundle_folder
 
     console = Console(highlight=False, soft_wrap=True)
-    robot = load_robot(args.robot or load_reference(args.ref).robot)
-    reference = load_reference(args.ref, robot)
+    robot, files, pieces = _pieces(args, console)
     if args.check_ref:
-        return _check(console, check_reference(reference, robot, threads=args.threads))
-    missed = failed_gates(reference)
-    if missed and not args.anyway:
-        raise TrackingError(
-            str(args.ref), found=f"gates that failed: {', '.join(missed)}", expected="a reference inside its gates",
-            cure="cut the clip or choose another robot", option="anyway", suggestion=" ",
-        )  # fmt: skip
-    folder = args.out or Path("runs") / args.ref.stem
-    if reference.joint_torque is None:
-        console.print(
-            "[yellow]no torques in this reference[/]: it was made without Pinocchio, or by an earlier release; zero "
-            "action will fall sooner and learning take longer. Retarget the clip again to have them."
-        )
-    console.print(f"{args.ref}: {reference.duration_s:.1f} s for {robot.name}; run in {folder}", markup=False)
-    file = args.ref.read_bytes()
+        codes = []
+        for piece in pieces:
+            if len(pieces) > 1:
+                console.print(f"\n{piece.name}", markup=False)
+            codes.append(_check(console, check_reference(piece.reference, robot, threads=args.threads)))
+        return max(codes)
+    folder = args.out or Path("runs") / (args.ref[0].stem if len(args.ref) == 1 else f"{len(pieces)}_references")
+    for piece in pieces:
+        if piece.reference.joint_torque is None:
+            console.print(
+                f"[yellow]no torques in {piece.name}[/]: it was made without Pinocchio, or by an earlier release; zero "
+                "action will fall sooner and learning take longer. Retarget the clip again to have them."
+            )
+        console.print(f"{piece.name}: {piece.reference.duration_s:.1f} s for {robot.name}", markup=False)
+    console.print(f"run in {folder}", markup=False)
     with progress("steps") as tell:
         result = train(
-            robot, reference, hashlib.sha256(file).hexdigest(), folder, _config(args), resume=args.resume,
+            robot, pieces, folder, _config(args), resume=args.resume,
             progress=lambda done, total, note: tell("train", done, total, note),
         )  # fmt: skip
-    with write_whole(folder / REFERENCE) as stream:
-        stream.write(file)
+    for piece, file in zip(pieces, files, strict=True):
+        with write_whole(bundle_folder(folder, piece, pieces) / REFERENCE) as stream:
+            stream.write(file.read_bytes())
     if args.recording:
-        _record(folder / "training.rrd", robot, reference, result)
+        _record(folder / "training.rrd", robot, pieces, result)
     return _summary(console, result)
+
+
+def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], list[Piece]]:
+    """The references and their files; those of a folder that missed a gate are left out, and told."""
+    from tracking.reference_check import failed_gates
+    from tracking.repertoire import read_pieces
+
+    files = [f for path in args.ref for f in (sorted(path.glob("*.npz")) if path.is_dir() else [path])]
+    if not files:
+        raise TrackingError(
+            f"--ref {' '.join(map(str, args.ref))}",
+            found="no reference",
+            expected="files (.npz) that dance-retarget wrote",
+        )
+    robot = load_robot(args.robot or load_reference(files[0]).robot)
+    pieces, kept = read_pieces(files, robot), []
+    for file, piece in zip(files, pieces, strict=True):
+        missed = failed_gates(piece.reference)
+        if not missed or args.anyway or args.check_ref:
+            kept.append((file, piece))
+        elif file in args.ref:
+            raise TrackingError(
+                str(file), found=f"gates that failed: {', '.join(missed)}", expected="a reference inside its gates",
+                cure="cut the clip or choose another robot", option="anyway", suggestion=" ",
+            )  # fmt: skip
+        else:
+            console.print(f"[yellow]left out[/] {file.name}: gates that failed: {', '.join(missed)}")
+    if not kept:
+        raise TrackingError(
+            f"--ref {args.ref[0]}", found="no reference inside its gates", expected="one at least", option="anyway",
+            suggestion=" ",
+        )  # fmt: skip
+    return robot, [file for file, _ in kept], [piece for _, piece in kept]
 
 
 def _check(console: Console, found: ReferenceCheck) -> int:
@@ -133,15 +169,18 @@ def _config(args: Arguments) -> TrainConfig:
     return replace(base, task=replace(base.task, randomisation=draw))
 
 
-def _record(path: Path, robot: RobotModel, reference: Reference, result: Run) -> None:
+def _record(path: Path, robot: RobotModel, pieces: list[Piece], result: Run) -> None:
+    """The curves, and the policy beside its ghost: of several pieces in the one that finishes least often."""
     from cli.show import save_rollouts
 
-    if result.evaluation is None:
+    if not result.evaluations:
         return
+    piece = min(pieces, key=lambda p: result.evaluations[p.name].finished)
     steps = np.array([row["steps"] for row in result.curves])
     names = {"survived_s": "survived [s]", "finished": "finished [share]", "body_error_mm": "body error [mm]"}
     curves = {label: (steps, np.array([row[key] for row in result.curves])) for key, label in names.items()}
-    save_rollouts(path, robot, reference, {"policy": result.evaluation.best}, curves, _text(result))
+    best = result.evaluations[piece.name].best
+    save_rollouts(path, robot, piece.reference, {"policy": best}, curves, _text(result))
 
 
 def _text(result: Run) -> str:
@@ -161,11 +200,17 @@ def _summary(console: Console, result: Run) -> int:
         return BELOW_GATE
     first, last = result.curves[0], result.curves[-1]
     console.print(f"{result.stopped}: {result.steps} steps in {result.seconds / 60:.1f} min")
-    duration = result.evaluation.duration_s if result.evaluation else float("nan")
+    duration = np.mean([e.duration_s for e in result.evaluations.values()]) if result.evaluations else float("nan")
     console.print(
         f"survives {first['survived_s']:.2f} s -> [bold]{last['survived_s']:.2f} s[/] of {duration:.2f} s; "
         f"{100 * last['finished']:.0f} % of rollouts finish; body error {last['body_error_mm']:.0f} mm"
     )
+    if len(result.evaluations) > 1:
+        for name, e in sorted(result.evaluations.items(), key=lambda pair: pair[1].finished):
+            console.print(
+                f"  {name}: {100 * e.finished:.0f} % of {e.rollouts} finish, survives {e.survived_s:.2f} of "
+                f"{e.duration_s:.2f} s, body error {e.body_error_mm:.0f} mm", markup=False,
+            )  # fmt: skip
     console.print(f"onnxruntime agrees with torch to {result.onnx_difference:.1e}")
     for name in ("policy.onnx", "contract.json", "curves.csv", "checkpoint.pt", "training.rrd"):
         path = result.folder / name

@@ -215,7 +215,8 @@ def robot_clip(
     finding = _quat_order(raw, model, order, root_pos, root_quat, quat_order, joint_pos, options)
     quat = _unit_wxyz(raw, root_quat, finding.value)
     limits = _check_limits(raw, model, order, joint_pos)
-    stands = _stands(raw, model, order, root_pos, quat, joint_pos, finding.value)
+    named = any((f.what, f.value) == ("joint order", "by name") for f in findings)
+    stands = _stands(raw, model, order, root_pos, quat, joint_pos, finding.value, named)
     absent = [j for j in model.joint_names if j not in joint_names]
     notes = [*findings, finding, limits, *stands]
     if absent:
@@ -311,8 +312,9 @@ def _stands(
     quat: ndarray,
     joint_pos: ndarray,
     quat_order: str,
+    named: bool,
 ) -> list[Finding]:
-    """Centimetres for metres, or a root that is no pelvis, show as soles far from the floor."""
+    """Centimetres for metres, or a root that is no pelvis, show as soles far from the floor; unnamed columns as tilt."""
     corners, up = _posed(model, order, root_pos, quat, joint_pos)
     low = float(np.percentile(corners[..., 2].min(axis=(1, 2)), 5.0))
     if abs(low) > 0.5 * model.default_qpos[2] or up < 0.0:
@@ -325,7 +327,7 @@ def _stands(
             suggestion=_OTHER[quat_order],
         )
     tilt = float(np.median(_tilt(corners)))
-    if tilt > _MOST_TILT:
+    if tilt > _MOST_TILT and not named:  # someone who floats, say, never stands flat
         raise ClipError(
             raw.name,
             found=f"the flatter sole tilted by {1000 * tilt:.0f} mm in half of all frames, read as {model.name}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,20 +33,36 @@ class TrackingErrors:
 
 
 class ReferenceTables:
-    """The reference's tracked bodies by frame, in arrays made for look-ups."""
+    """The tracked bodies of one or several references by frame, in arrays made for look-ups.
 
-    def __init__(self, reference: Reference, robot: RobotModel) -> None:
+    Several stand one after the other: a frame is a place in that row, and `last` is where its own reference ends.
+    """
+
+    def __init__(self, references: Sequence[Reference], robot: RobotModel) -> None:
         bodies = [robot.body(b) for b in robot.profile.tracked]
         self.bodies = bodies
         self.anchor = robot.profile.tracked.index(robot.profile.anchor)
         feet = [robot.soles[s].body for s in FEET]
         wrists = [robot.profile.landmarks[f"{s}_wrist"] for s in FEET]
         self.ends = [robot.profile.tracked.index(b) for b in (*feet, *wrists) if b in robot.profile.tracked]
-        self.qpos, self.qvel = reference.qpos, reference.qvel
-        self.joint_pos, self.joint_vel = np.array(reference.joint_pos), np.array(reference.joint_vel)
-        self.pos, self.quat = reference.body_pos_w[:, bodies], reference.body_quat_w[:, bodies]
-        self.lin_vel, self.ang_vel = reference.body_lin_vel_w[:, bodies], reference.body_ang_vel_w[:, bodies]
-        self.frames = reference.frames
+        lengths = np.array([r.frames for r in references])
+        ends = np.cumsum(lengths)
+        self.frames = int(ends[-1])
+        self.first, self.last = np.repeat(ends - lengths, lengths), np.repeat(ends - 1, lengths)
+        self.openings = ends - lengths + [r.dance.start for r in references]
+
+        def row(of: Callable[[Reference], ndarray]) -> ndarray:
+            return np.concatenate([np.asarray(of(r)) for r in references])
+
+        self.qpos, self.qvel = row(lambda r: r.qpos), row(lambda r: r.qvel)
+        self.joint_pos, self.joint_vel = row(lambda r: r.joint_pos), row(lambda r: r.joint_vel)
+        self.pos, self.quat = row(lambda r: r.body_pos_w[:, bodies]), row(lambda r: r.body_quat_w[:, bodies])
+        self.lin_vel = row(lambda r: r.body_lin_vel_w[:, bodies])
+        self.ang_vel = row(lambda r: r.body_ang_vel_w[:, bodies])
+
+    def ahead(self, frame: Int[ndarray, "N"], frames: int) -> Int[ndarray, "N"]:
+        """Places so many frames on; the last frame of a reference holds beyond its end."""
+        return np.minimum(frame + frames, self.last[frame])
 
 
 def compare(states: BodyStates, tables: ReferenceTables, frame: Int[ndarray, "N"]) -> TrackingErrors:

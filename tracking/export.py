@@ -13,12 +13,14 @@ import numpy as np
 import torch
 from numpy import ndarray
 
+from clips import Reference
 from robot_models import RobotModel
 from tracking.chain import anchor_chain
 from tracking.config import RandomisationConfig
 from tracking.contract import FROM_REFERENCE, Contract, write_contract
 from tracking.errors import TrackingError
 from tracking.golden import Golden, write_golden
+from tracking.repertoire import Piece
 from tracking.runner import Policy, onnx_policy
 from tracking.standing import standing_gains
 from tracking.task import TrackingTask
@@ -39,8 +41,8 @@ def torch_policy(actor: Any) -> Policy:
     return act
 
 
-def export_bundle(folder: Path, actor: Any, task: TrackingTask, reference_sha256: str) -> float:
-    """Write the bundle; returns the largest difference between onnxruntime and torch on real observations.
+def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: Piece) -> float:
+    """Write a piece's bundle; returns the largest difference between onnxruntime and torch on real observations.
 
     Raises:
         TrackingError: the actor sees something that no robot measures, or the export disagrees with torch.
@@ -59,20 +61,20 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, reference_sha256
                 "export", found=f"actions {difference:.2g} apart from torch", expected=f"< {_AGREEMENT}"
             )
         path.replace(folder / "policy.onnx")
-    write_contract(folder / "contract.json", contract_of(task, reference_sha256))
-    write_golden(folder / "golden.npz", record(torch_policy(actor), task))
+    write_contract(folder / "contract.json", contract_of(task, piece.sha256))
+    write_golden(folder / "golden.npz", record(torch_policy(actor), task, piece.reference))
     return difference
 
 
-def record(policy: Policy, like: TrackingTask, seconds: float = 2.0) -> Golden:
-    """The trainer's own road through the first seconds of the dance: nominal robot, start noise, exact sensors."""
+def record(policy: Policy, like: TrackingTask, reference: Reference, seconds: float = 2.0) -> Golden:
+    """The trainer's own road through the first seconds of a dance: nominal robot, start noise, exact sensors."""
     task = TrackingTask(
-        robot=like.robot, reference=like.reference, envs=1, threads=1,
+        robot=like.robot, reference=reference, envs=1, threads=1,
         config=replace(like.config, randomisation=RandomisationConfig(enabled=False)),
     )  # fmt: skip
-    task.reset(np.array([0]), np.array([task.reference.dance.start]))
+    task.reset(np.array([0]), np.array([reference.dance.start]))
     rows: list[tuple[ndarray, ...]] = []
-    for _ in range(min(round(seconds / task.dt), task.reference.frames - 2)):
+    for _ in range(min(round(seconds / task.dt), reference.frames - 2)):
         now, seen = task.measured(noisy=False), task.observe(noisy=False)[0]
         action = policy(seen)
         result = task.step(action)

@@ -64,7 +64,7 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
             # Without a seed every copy of the environment begins differently.
             self.task.rng = np.random.default_rng(seed)
             self._seeded = True
-        frame = (options or {}).get("frame", None if self.random_start else self.task.reference.dance.start)
+        frame = (options or {}).get("frame", None if self.random_start else int(self.task.tables.openings[0]))
         self.task.reset(np.array([0]), None if frame is None else np.array([int(frame)]))
         return self._observation(), {"frame": int(self.task.frame[0])}
 

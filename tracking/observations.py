@@ -100,9 +100,9 @@ def actor_table(
     for ahead in look_ahead:
         terms += [
             Term(kind="reference_joint_pos", at=ahead, size=j, scale=1.0, unit="rad", frame="joint, off the default pose",
-                 compute=partial(_ahead, tables.joint_pos - default, ahead)),
+                 compute=partial(_ahead, tables, tables.joint_pos - default, ahead)),
             Term(kind="reference_joint_vel", at=ahead, size=j, scale=0.1, unit="rad/s", frame="joint",
-                 compute=partial(_ahead, tables.joint_vel, ahead)),
+                 compute=partial(_ahead, tables, tables.joint_vel, ahead)),
         ]  # fmt: skip
     terms += [
         Term(kind="anchor_orientation", at=0, size=6, scale=1.0, unit="", noise=noise.orientation,
@@ -133,14 +133,13 @@ def privileged_table(tables: ReferenceTables) -> ObservationTable:
         Term(kind="body_pos", at=0, size=3 * k, scale=1.0, unit="m", frame="robot anchor", measurable=False,
              compute=lambda s: _body_positions(s, tables)),
         Term(kind="phase", at=0, size=1, scale=1.0, unit="share of the clip", frame="", measurable=False,
-             compute=lambda s: (s.frame / max(1, tables.frames - 1))[:, None]),
+             compute=lambda s: _phase(s, tables)),
     )  # fmt: skip
     return ObservationTable(terms=terms)
 
 
-def _ahead(table: ndarray, frames: int, s: Situation) -> ndarray:
-    """Rows of a reference table some frames on; the last row holds at the end."""
-    return np.asarray(table[np.minimum(s.frame + frames, len(table) - 1)])
+def _ahead(tables: ReferenceTables, table: ndarray, frames: int, s: Situation) -> ndarray:
+    return np.asarray(table[tables.ahead(s.frame, frames)])
 
 
 def _gyro(back: int, s: Situation) -> ndarray:
@@ -164,6 +163,11 @@ def _anchor_orientation(s: Situation, tables: ReferenceTables) -> ndarray:
     wanted = rot.multiply(s.heading, tables.quat[s.frame, tables.anchor])
     matrix = rot.to_matrix(rot.multiply(rot.conjugate(robot), wanted))
     return matrix[..., :2].reshape(len(robot), 6)
+
+
+def _phase(s: Situation, tables: ReferenceTables) -> ndarray:
+    first, last = tables.first[s.frame], tables.last[s.frame]
+    return np.asarray(((s.frame - first) / np.maximum(1, last - first))[:, None])
 
 
 def _anchor_position(s: Situation, tables: ReferenceTables) -> ndarray:

@@ -1,11 +1,14 @@
-"""Where episodes begin: anywhere, at the dance's first frame, or shortly before frames where robots fell of late."""
+"""Where episodes begin: anywhere, at a dance's first frame, or shortly before frames where robots fell of late."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Int
 from numpy import ndarray
 
+from tracking.comparison import ReferenceTables
 from tracking.config import StartConfig
 
 
@@ -13,13 +16,20 @@ class Starts:
     """Draws start frames, and learns from failures which ones need practice.
 
     A failure counts for the second before it, because that is where it was brought about. Nothing is binned: a start is
-    a remembered failure less a random part of that second.
+    a remembered failure less a random part of that second. Of several references the harder ones fill the memory.
     """
 
-    def __init__(self, frames: int, opening: int, dt: float, config: StartConfig) -> None:
+    def __init__(
+        self, tables: ReferenceTables, dt: float, config: StartConfig, weights: Sequence[float] = (1.0,)
+    ) -> None:
+        """Weights: of each reference, how often episodes begin in it per frame; 1 or a whole part of it."""
+        self._first, self._openings, self._before = tables.first, tables.openings, config.before / dt
         # The last half second is too short to learn anything from.
-        self._latest = max(1, frames - 1 - round(0.5 / dt))
-        self._opening, self._before = opening, config.before / dt
+        self._latest = np.maximum(tables.first, tables.last - 1 - round(0.5 / dt))
+        ends = tables.last[tables.openings]
+        self._anywhere = np.concatenate(
+            [np.arange(self._first[e], self._latest[e] + 1, round(1 / w)) for e, w in zip(ends, weights, strict=True)]
+        )
         self._shares = np.cumsum((config.opening, config.failed))
         self._remembered = config.remembered
         self.failures: Int[ndarray, "k"] = np.empty(0, dtype=int)  # frames of the last ones, the newest last
@@ -31,9 +41,11 @@ class Starts:
     def draw(self, count: int, rng: np.random.Generator) -> Int[ndarray, "count"]:
         """Start frames of so many episodes."""
         kind = rng.random(count)
-        start = rng.integers(0, self._latest, size=count)
+        start = self._anywhere[rng.integers(0, len(self._anywhere), size=count)]
         if len(self.failures):
-            practice = rng.choice(self.failures, size=count) - rng.uniform(0.0, self._before, size=count)
-            start = np.where(kind < self._shares[1], practice.astype(int), start)
-        start = np.where(kind < self._shares[0], self._opening, start)
-        return np.clip(start, 0, self._latest - 1)
+            failed = rng.choice(self.failures, size=count)
+            before = np.maximum((failed - rng.uniform(0.0, self._before, size=count)).astype(int), self._first[failed])
+            start = np.where(kind < self._shares[1], before, start)
+        opening = self._openings[rng.integers(0, len(self._openings), size=count)]
+        start = np.where(kind < self._shares[0], opening, start)
+        return np.minimum(start, self._latest[start])

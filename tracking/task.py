@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -39,25 +40,27 @@ class StepResult:
 
 @dataclass(kw_only=True, eq=False)
 class TrackingTask:
-    """N robots following one reference.
+    """N robots following one reference, or each one of several.
 
     Actions are residuals: servo target = `joint_targets` of the next frame + action_scale * effort / kp * action, so
     that zero action already asks for the dance, with the torques that it needs.
     """
 
     robot: RobotModel
-    reference: Reference
+    reference: Reference | Sequence[Reference]
     envs: int
     config: TaskConfig = field(default_factory=TaskConfig)
     seed: int = 0
     threads: int = 0
     engine: Engine = MujocoBatch
+    weights: Sequence[float] = ()  # of the references; all alike by default
 
     def __post_init__(self) -> None:
         self.rng = np.random.default_rng(self.seed)
-        self.dt = 1.0 / self.reference.fps
-        self.tables = ReferenceTables(self.reference, self.robot)
-        self.targets = joint_targets(self.reference, self.robot)
+        references = (self.reference,) if isinstance(self.reference, Reference) else tuple(self.reference)
+        self.dt = 1.0 / references[0].fps
+        self.tables = ReferenceTables(references, self.robot)
+        self.targets = np.concatenate([joint_targets(r, self.robot) for r in references])
         # A motor pushes with all it has at this distance; further targets would only wind up.
         reach = self.robot.effort / self.robot.kp
         self.target_range = self.robot.lower - reach, self.robot.upper + reach
@@ -69,7 +72,7 @@ class TrackingTask:
         self.physics = self.engine(drawn.models, control_dt=self.dt, delay=drawn.delay, threads=self.threads)
         self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng)
         self.action_scale = c.action_scale * self.robot.effort / self.robot.kp
-        self.starts = Starts(self.tables.frames, self.reference.dance.start, self.dt, c.starts)
+        self.starts = Starts(self.tables, self.dt, c.starts, self.weights or [1.0] * len(references))
         self.actor = actor_table(self.robot, self.tables, c.observation_noise, c.look_ahead, c.look_back)
         self.privileged = privileged_table(self.tables)
         self.frame = np.zeros(self.envs, dtype=int)
@@ -110,7 +113,7 @@ class TrackingTask:
             action: of the policy.
             targets: of the servos [rad], where someone else has made them from the action.
         """
-        following = np.minimum(self.frame + 1, self.tables.frames - 1)
+        following = self.tables.ahead(self.frame, 1)
         self.pushes.apply(self.physics.qvel, self.rng)
         if targets is None:
             targets = np.clip(self.targets[following] + self.action_scale * action, *self.target_range)
@@ -139,7 +142,7 @@ class TrackingTask:
         return StepResult(
             reward=reward,
             terminated=terminated,
-            truncated=(self.frame >= self.tables.frames - 1) & ~terminated,
+            truncated=(self.frame >= self.tables.last[self.frame]) & ~terminated,
             terms=terms,
             causes=causes,
             errors=errors,

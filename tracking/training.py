@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from clips import Reference
+import numpy as np
+
 from robot_models import RobotModel
 from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.config import PpoConfig, TrainConfig
@@ -17,10 +18,12 @@ from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
 from tracking.export import export_bundle, torch_policy
 from tracking.ppo import Iteration, Trainer
+from tracking.repertoire import Piece, bundle_folder, repertoire_sha256
 from tracking.signals import Signals
 from tracking.task import TrackingTask
 
 CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"
+_FEWEST = 10  # rollouts per piece of an evaluation
 Progress = Callable[[int, int, str], None]  # steps done, steps in all, one line about how it stands
 
 
@@ -32,28 +35,26 @@ class Run:
     steps: int = 0
     seconds: float = 0.0
     curves: list[dict[str, float]] = field(default_factory=list)  # one row per evaluation
-    evaluation: Evaluation | None = None
+    evaluations: dict[str, Evaluation] = field(default_factory=dict)  # the last, of every piece
     onnx_difference: float = math.nan
     stopped: str = ""
 
 
 def train(
     robot: RobotModel,
-    reference: Reference,
-    reference_sha256: str,
+    pieces: Sequence[Piece],
     folder: Path,
     config: TrainConfig,
     *,
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Run:
-    """Train a policy on a reference until it reaches the target or the budget ends; saves as it goes.
+    """Train one policy on one or several references until it reaches the target or the budget ends; saves as it goes.
 
     Args:
         robot: the robot.
-        reference: what to imitate.
-        reference_sha256: hash of the reference file, kept in checkpoint and contract.
-        folder: where checkpoint, curves, TensorBoard events and bundle go.
+        pieces: what to imitate.
+        folder: where checkpoint, curves, TensorBoard events and bundles go.
         config: all numbers.
         resume: go on from the folder's checkpoint.
         progress: told after every iteration.
@@ -63,35 +64,38 @@ def train(
     """
     _prepare(folder, resume)
     task = TrackingTask(
-        robot=robot, reference=reference, envs=config.envs, config=config.task, seed=config.seed, threads=config.threads
-    )
+        robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces], envs=config.envs,
+        config=config.task, seed=config.seed, threads=config.threads,
+    )  # fmt: skip
     trainer = Trainer(task, config.ppo, config.seed, config.threads)
-    run = Run(folder=folder)
+    run, sha = Run(folder=folder), repertoire_sha256(pieces)
     if resume:
-        saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, reference_sha256)
+        saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, sha)
         run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
     began = time.perf_counter() - run.seconds
     with TensorBoard(folder) as board, Signals() as signals:
         if not run.curves:
-            _judge(run, trainer, config, reference_sha256, board)
+            _judge(run, trainer, pieces, config, board)
         run.stopped = _reason_to_stop(run, config)
         while not run.stopped:
             task.harden(run.steps / config.steps)
             result = trainer.iterate(_wanted_kl(config.ppo, run))
-            _check_finite(result, trainer, run, config, reference_sha256)
+            _check_finite(result, trainer, run, config, sha)
             run.steps += result.steps
             run.seconds = time.perf_counter() - began
             board.iteration(run.steps, result)
             if progress is not None:
                 progress(run.steps, config.steps, _line(run, result))
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
-                _judge(run, trainer, config, reference_sha256, board)
+                _judge(run, trainer, pieces, config, board)
             run.stopped = signals.came or _reason_to_stop(run, config)
         # A run that is told to stop has little time: it saves, and is judged when it is resumed.
         if run.curves[-1]["steps"] != run.steps and not signals.came:
-            _judge(run, trainer, config, reference_sha256, board)
-        _save(run, trainer, config, reference_sha256)
-    run.onnx_difference = export_bundle(folder, trainer.actor, task, reference_sha256)
+            _judge(run, trainer, pieces, config, board)
+        _save(run, trainer, config, sha)
+    run.onnx_difference = max(
+        export_bundle(bundle_folder(folder, piece, pieces), trainer.actor, task, piece) for piece in pieces
+    )
     task.close()
     return run
 
@@ -114,25 +118,23 @@ def _wanted_kl(c: PpoConfig, run: Run) -> float:
     return float(settled * (c.finishing_kl / c.settled_kl) ** run.curves[-1]["finished"])
 
 
-def _judge(run: Run, trainer: Trainer, config: TrainConfig, sha: str, board: TensorBoard) -> None:
-    """Evaluate, note the result, save."""
-    task = trainer.task
-    result = evaluate(
-        torch_policy(trainer.actor), task.robot, task.reference, evaluation_task(config.task), rollouts=config.rollouts,
-        seed=config.seed + 1000, threads=config.threads,
-    )  # fmt: skip
-    run.evaluation = result
-    row = {
-        "steps": float(run.steps),
-        "minutes": run.seconds / 60.0,
-        "finished": result.finished,
-        "survived_s": result.survived_s,
-        "body_error_mm": result.body_error_mm,
-        "global_error_mm": result.global_error_mm,
-    }
+def _judge(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig, board: TensorBoard) -> None:
+    """Evaluate on every piece, note the means, save."""
+    run.evaluations = {
+        piece.name: evaluate(
+            torch_policy(trainer.actor), trainer.task.robot, piece.reference, evaluation_task(config.task),
+            rollouts=max(_FEWEST, config.rollouts // len(pieces)), seed=config.seed + 1000, threads=config.threads,
+        )
+        for piece in pieces
+    }  # fmt: skip
+    row = {"steps": float(run.steps), "minutes": run.seconds / 60.0}
+    for name in ("finished", "survived_s", "body_error_mm", "global_error_mm"):
+        row[name] = float(np.mean([getattr(e, name) for e in run.evaluations.values()]))
+    if len(pieces) > 1:
+        row |= {f"finished {name}": e.finished for name, e in run.evaluations.items()}
     run.curves.append(row)
     board.evaluation(run.steps, row)
-    _save(run, trainer, config, sha)
+    _save(run, trainer, config, repertoire_sha256(pieces))
 
 
 def _save(run: Run, trainer: Trainer, config: TrainConfig, sha: str) -> None:

@@ -1,12 +1,15 @@
 """AIST++, LocoMuJoCo, ProtoMotions, MediaPipe: what is converted, and what is refused with the line to type."""
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import SAMPLES
 
 from clips import ClipError, HumanClip, ReadOptions, full_qpos, read_clip, repaired
+from clips.joint_space import _stands
+from clips.source import RawFile
 from robot_models import load_robot
 from robot_models import rotation as rot
 
@@ -129,3 +132,15 @@ def test_mediapipes_points_are_named_in_its_own_way(tmp_path, prefix):
 
 
 BODY = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+
+
+def test_feet_that_never_stand_flat_are_refused_only_where_the_columns_have_no_names():
+    raw = RawFile(path=Path("x.npz"), data=b"")
+    robot, frames = load_robot("g1"), 20
+    pose = np.tile(robot.default_qpos, (frames, 1))
+    for side in ("left", "right"):
+        pose[:, 7 + robot.joint(f"{side}_ankle_pitch_joint")] = 0.5
+    parts = list(range(29)), pose[:, :3], pose[:, 3:7], pose[:, 7:]
+    assert _stands(raw, robot, *parts, "wxyz", named=True)
+    with pytest.raises(ClipError, match="stand flat now and then"):
+        _stands(raw, robot, *parts, "wxyz", named=False)

@@ -13,10 +13,11 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from clips import load_reference
+
 from robot_models import load_robot
 from tracking import PpoConfig, RandomisationConfig, TaskConfig, TrainConfig, train
 from tracking.checkpoint import load_checkpoint
+from tracking.repertoire import read_pieces
 
 INTERVAL = 16 * 8 * 5
 CONFIG = TrainConfig(
@@ -27,13 +28,13 @@ CONFIG = TrainConfig(
 CHILD = """
 import sys
 from pathlib import Path
-from clips import load_reference
 from robot_models import load_robot
 from tracking import train
+from tracking.repertoire import read_pieces
 sys.path.insert(0, "tests/tracking")
 from test_interruption import CONFIG
 robot = load_robot("dancer")
-run = train(robot, load_reference(Path(sys.argv[1]), robot), "abc", Path(sys.argv[2]), CONFIG)
+run = train(robot, read_pieces([Path(sys.argv[1])], robot), Path(sys.argv[2]), CONFIG)
 print(run.steps, run.stopped)
 """
 
@@ -55,8 +56,7 @@ def begin(groove_file, folder, rows):
 def go_on(groove_file, folder, intervals):
     robot = load_robot("dancer")
     config = dataclasses.replace(CONFIG, steps=INTERVAL * intervals)
-    reference = load_reference(groove_file, robot)
-    return train(robot, reference, "abc", folder, config, resume=(folder / "checkpoint.pt").exists())
+    return train(robot, read_pieces([groove_file], robot), folder, config, resume=(folder / "checkpoint.pt").exists())
 
 
 def steps_in(folder):

@@ -1,5 +1,7 @@
 """Where episodes begin: the shares told, and practice before the frames where robots fell."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,8 +11,16 @@ from tracking.starts import Starts
 DT, FRAMES, OPENING = 0.02, 501, 40
 
 
+def tables(*lengths):
+    """Just what starts are drawn from."""
+    ends = np.cumsum(lengths)
+    return SimpleNamespace(
+        first=np.repeat(ends - lengths, lengths), last=np.repeat(ends - 1, lengths), openings=ends - lengths + OPENING
+    )
+
+
 def draws(config, fell=(), count=20_000):
-    starts = Starts(FRAMES, OPENING, DT, config)
+    starts = Starts(tables(FRAMES), DT, config)
     starts.fell(np.array(fell, dtype=int))
     return starts.draw(count, np.random.default_rng(0))
 
@@ -34,7 +44,7 @@ def test_frames_that_fell_more_often_are_practised_more_often():
 
 
 def test_old_failures_are_forgotten():
-    starts = Starts(FRAMES, OPENING, DT, StartConfig(opening=0.0, failed=1.0, remembered=10))
+    starts = Starts(tables(FRAMES), DT, StartConfig(opening=0.0, failed=1.0, remembered=10))
     starts.fell(np.full(10, 100))
     starts.fell(np.full(10, 400))
     assert starts.draw(100, np.random.default_rng(0)).min() >= 350
@@ -43,3 +53,21 @@ def test_old_failures_are_forgotten():
 def test_practice_never_begins_before_the_clip_or_in_its_last_half_second():
     drawn = draws(StartConfig(opening=0.0, failed=1.0), fell=[3, FRAMES - 1])
     assert drawn.min() == 0 and drawn.max() == FRAMES - 1 - 25 - 1
+
+
+def test_several_references_share_the_starts_by_length_and_weight_and_the_openings_evenly():
+    rng, lengths = np.random.default_rng(0), (326, 126, 326)
+    drawn = Starts(tables(*lengths), DT, StartConfig(opening=0.0, failed=0.0), (1.0, 1.0, 0.5)).draw(20_000, rng)
+    shares = np.histogram(drawn, bins=(0, 326, 452, 778))[0] / 20_000
+    assert shares == pytest.approx(np.array((300, 100, 150)) / 550, abs=0.02)
+    for end in np.cumsum(lengths):  # the last half second of each is nobody's
+        assert not ((drawn >= end - 26) & (drawn < end)).any()
+    opened = Starts(tables(*lengths), DT, StartConfig(opening=1.0, failed=0.0), (1.0, 1.0, 0.5)).draw(3_000, rng)
+    assert np.unique(opened, return_counts=True)[1] == pytest.approx(1_000, abs=120)
+
+
+def test_practice_stays_in_the_reference_that_the_robot_fell_in():
+    starts = Starts(tables(300, 300), DT, StartConfig(opening=0.0, failed=1.0), (1.0, 1.0))
+    starts.fell(np.array([305]))
+    drawn = starts.draw(1000, np.random.default_rng(0))
+    assert drawn.min() == 300 and drawn.max() <= 305

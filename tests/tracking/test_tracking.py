@@ -90,7 +90,7 @@ def test_small_functions_by_hand():
 
 def test_the_reference_itself_has_no_error_and_a_turned_one_only_an_anchor_error(reference):
     robot = load_robot("dancer")
-    tables, frame = ReferenceTables(reference, robot), np.array([60, 90])
+    tables, frame = ReferenceTables([reference], robot), np.array([60, 90])
     q, v = reference.qpos[frame], reference.qvel[frame]
     errors = compare(tracked(robot, q, v), tables, frame)
     assert max(np.abs(errors.body_pos).max(), np.abs(errors.body_lin_vel).max()) < 0.05  # velocities are differences
@@ -104,7 +104,7 @@ def test_the_reference_itself_has_no_error_and_a_turned_one_only_an_anchor_error
 
 
 def test_each_termination_fires_alone(reference):
-    tables = ReferenceTables(reference, load_robot("dancer"))
+    tables = ReferenceTables([reference], load_robot("dancer"))
     limits = TerminationConfig()
     base = zero_errors(1, len(tables.bodies))
     assert not any(v.any() for v in failures(base, tables, limits).values())

@@ -16,6 +16,7 @@ from tracking.contract import read_contract
 from tracking.export import contract_of, export_bundle, torch_policy
 from tracking.golden import read_golden, replay
 from tracking.ppo import Trainer
+from tracking.repertoire import Piece
 
 SMALL = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2)
 CONFIG = TrainConfig(envs=16, steps=16 * 8 * 6, evaluate_every=16 * 8 * 3, rollouts=2, threads=1, ppo=SMALL)
@@ -24,6 +25,10 @@ CONFIG = TrainConfig(envs=16, steps=16 * 8 * 6, evaluate_every=16 * 8 * 3, rollo
 @pytest.fixture(scope="module")
 def reference(groove_file):
     return load_reference(groove_file, load_robot("dancer"))
+
+
+def piece(reference, name="groove"):
+    return Piece(name=name, reference=reference, sha256="abc")
 
 
 def trainer(reference, seed=0):
@@ -56,7 +61,7 @@ def test_a_resumed_run_continues_identically(reference, tmp_path):
 def test_same_seed_same_curve_other_seed_another(reference, tmp_path):
     robot = load_robot("dancer")
     runs = [
-        train(robot, reference, "abc", tmp_path / name, dataclasses.replace(CONFIG, seed=seed))
+        train(robot, [piece(reference)], tmp_path / name, dataclasses.replace(CONFIG, seed=seed))
         for name, seed in (("a", 1), ("b", 1), ("c", 2))
     ]
     pick = [[(r["steps"], r["survived_s"], r["body_error_mm"]) for r in run.curves] for run in runs]
@@ -64,15 +69,15 @@ def test_same_seed_same_curve_other_seed_another(reference, tmp_path):
 
 
 def test_a_run_leaves_its_bundle_curves_and_checkpoint(reference, tmp_path):
-    run = train(load_robot("dancer"), reference, "abc", tmp_path / "r", CONFIG)
+    run = train(load_robot("dancer"), [piece(reference)], tmp_path / "r", CONFIG)
     assert run.steps == CONFIG.steps and "budget" in run.stopped
     assert {"policy.onnx", "contract.json", "curves.csv", "checkpoint.pt"} <= {p.name for p in run.folder.iterdir()}
     assert run.onnx_difference < 1e-5
     assert [r["steps"] for r in run.curves] == [0.0, 384.0, 768.0]
     with pytest.raises(TrackingError, match="already there"):
-        train(load_robot("dancer"), reference, "abc", tmp_path / "r", CONFIG)
+        train(load_robot("dancer"), [piece(reference)], tmp_path / "r", CONFIG)
     longer = dataclasses.replace(CONFIG, steps=CONFIG.steps * 2)
-    more = train(load_robot("dancer"), reference, "abc", tmp_path / "r", longer, resume=True)
+    more = train(load_robot("dancer"), [piece(reference)], tmp_path / "r", longer, resume=True)
     assert more.steps == longer.steps and len(more.curves) == 5
 
 
@@ -95,7 +100,7 @@ def test_a_broken_checkpoint_is_refused(tmp_path):
 def test_the_exported_actor_agrees_with_torch_and_its_contract_with_the_robot(reference, tmp_path):
     one = trainer(reference)
     one.iterate(0.1)
-    assert export_bundle(tmp_path, one.actor, one.task, "abc") < 1e-5
+    assert export_bundle(tmp_path, one.actor, one.task, piece(reference)) < 1e-5
     seen = one.task.observe()[0]
     np.testing.assert_allclose(onnx_policy(tmp_path / "policy.onnx")(seen), torch_policy(one.actor)(seen), atol=1e-5)
     told = json.loads((tmp_path / "contract.json").read_text())
@@ -112,7 +117,7 @@ def test_an_actor_that_sees_what_no_robot_measures_is_not_exported(reference, tm
     one = trainer(reference)
     one.task.actor = one.task.privileged
     with pytest.raises(TrackingError, match="anchor_position"):
-        export_bundle(tmp_path, one.actor, one.task, "abc")
+        export_bundle(tmp_path, one.actor, one.task, piece(reference))
     assert not list(tmp_path.iterdir())
 
 
@@ -125,14 +130,14 @@ def test_numbers_that_stop_being_finite_stop_the_run_and_keep_the_state(referenc
 
     monkeypatch.setattr(Trainer, "iterate", poisoned)
     with pytest.raises(TrackingError, match="value not finite"):
-        train(load_robot("dancer"), reference, "abc", tmp_path / "r", CONFIG)
+        train(load_robot("dancer"), [piece(reference)], tmp_path / "r", CONFIG)
     assert (tmp_path / "r" / "diverged.pt").exists()
 
 
 @pytest.mark.slow
 def test_it_learns(reference, tmp_path):
     config = TrainConfig(steps=250_000, evaluate_every=125_000, rollouts=32)
-    run = train(load_robot("dancer"), reference, "abc", tmp_path / "r", config)
+    run = train(load_robot("dancer"), [piece(reference)], tmp_path / "r", config)
     assert run.curves[-1]["survived_s"] > 1.3 * run.curves[0]["survived_s"]
 
 
@@ -149,7 +154,7 @@ def test_a_diverged_run_keeps_its_last_good_checkpoint(reference, tmp_path, monk
 
     monkeypatch.setattr(Trainer, "iterate", poisoned)
     with pytest.raises(TrackingError, match="not finite"):
-        train(load_robot("dancer"), reference, "abc", tmp_path / "r", CONFIG)
+        train(load_robot("dancer"), [piece(reference)], tmp_path / "r", CONFIG)
     kept = load_checkpoint(tmp_path / "r" / "checkpoint.pt")["algorithm"]["actor_state_dict"]
     assert all(torch.isfinite(v).all() for v in kept.values())
 
@@ -157,8 +162,8 @@ def test_a_diverged_run_keeps_its_last_good_checkpoint(reference, tmp_path, monk
 @pytest.mark.slow
 def test_a_finished_run_resumed_does_not_train_on(reference, tmp_path):
     robot = load_robot("dancer")
-    first = train(robot, reference, "abc", tmp_path / "r", CONFIG)
-    again = train(robot, reference, "abc", tmp_path / "r", CONFIG, resume=True)
+    first = train(robot, [piece(reference)], tmp_path / "r", CONFIG)
+    again = train(robot, [piece(reference)], tmp_path / "r", CONFIG, resume=True)
     assert again.steps == first.steps
 
 

@@ -1,0 +1,64 @@
+"""What one network shall learn to dance: a reference, or several of one robot at one rate."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from clips import Reference, load_reference
+from robot_models import RobotModel
+from tracking.errors import TrackingError
+
+_HARD = "frames that physics does not allow"  # metric of a reference's report [%]
+_TOO_HARD = 10.0  # the share from which dance-retarget says down-weight
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Piece:
+    """One dance of a repertoire."""
+
+    name: str  # unlike the others'
+    reference: Reference
+    sha256: str  # of its file
+
+    @cached_property
+    def weight(self) -> float:
+        """How often episodes begin in it, per second of its length: half as often where physics forbids much of it."""
+        told = self.reference.meta.get("report", {}).get(_HARD, {})
+        return 0.5 if told.get("value", 0.0) > _TOO_HARD else 1.0
+
+
+def read_pieces(paths: Sequence[Path], robot: RobotModel) -> list[Piece]:
+    """References from files, each named after its file.
+
+    Raises:
+        ClipError, TrackingError: a file is no reference of this robot, or two have one name or different rates.
+    """
+    pieces = [
+        Piece(name=p.stem, reference=load_reference(p, robot), sha256=hashlib.sha256(p.read_bytes()).hexdigest())
+        for p in paths
+    ]
+    for other, path in zip(pieces[1:], paths[1:], strict=True):
+        if [p.name for p in pieces].count(other.name) > 1:
+            raise TrackingError(str(path), found=f"a second {other.name}", expected="files of different names")
+        if other.reference.fps != pieces[0].reference.fps:
+            raise TrackingError(
+                str(path), found=f"{other.reference.fps:g} frames/s", cure="retarget it again with --out-fps",
+                expected=f"{pieces[0].reference.fps:g}, as {paths[0]}: one network acts at one rate",
+            )  # fmt: skip
+    return pieces
+
+
+def repertoire_sha256(pieces: Sequence[Piece]) -> str:
+    """One hash for all; a single piece's own."""
+    if len(pieces) == 1:
+        return pieces[0].sha256
+    return hashlib.sha256("".join(p.sha256 for p in pieces).encode()).hexdigest()
+
+
+def bundle_folder(folder: Path, piece: Piece, pieces: Sequence[Piece]) -> Path:
+    """Where a run keeps a piece's bundle: the run's folder itself, or one inside it where there are several."""
+    return folder if len(pieces) == 1 else folder / piece.name
