@@ -40,6 +40,7 @@ class Arguments:
         dance-train --ref verse.npz chorus.npz -o runs/song
         dance-train --ref references -o runs/all --steps 50000000
         tensorboard --logdir runs
+        torchrun --nproc-per-node 2 --no-python dance-train --ref out.npz
     """
 
     ref: tuple[Path, ...]
@@ -83,8 +84,10 @@ def run(args: Arguments) -> int:
     from tracking import check_reference, train
     from tracking.bundle import REFERENCE
     from tracking.repertoire import bundle_folder
+    from tracking.team import started_by_torchrun
 
-    console = Console(highlight=False, soft_wrap=True)
+    together, follows = started_by_torchrun()
+    console = Console(highlight=False, soft_wrap=True, quiet=follows)
     robot, files, pieces = _pieces(args, console)
     if args.check_ref:
         codes = []
@@ -105,14 +108,17 @@ def run(args: Arguments) -> int:
     with progress("steps") as tell:
         result = train(
             robot, pieces, folder, _config(args), resume=args.resume,
-            progress=lambda done, total, note: tell("train", done, total, note),
+            progress=None if follows else lambda done, total, note: tell("train", done, total, note),
         )  # fmt: skip
+    if follows:
+        return DONE
     for piece, file in zip(pieces, files, strict=True):
         with write_whole(bundle_folder(folder, piece, pieces) / REFERENCE) as stream:
             stream.write(file.read_bytes())
     if args.recording:
         _record(folder / "training.rrd", robot, pieces, result)
-    return _summary(console, result)
+    code = _summary(console, result)
+    return DONE if together else code  # torchrun takes every other code for a crash
 
 
 def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], list[Piece]]:

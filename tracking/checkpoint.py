@@ -15,19 +15,25 @@ from tracking.config import TrainConfig
 from tracking.errors import TrackingError
 from tracking.ppo import Trainer
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 def save_checkpoint(
     path: Path, trainer: Trainer, config: TrainConfig, reference_sha256: str, progress: dict[str, Any]
 ) -> None:
-    """Write the whole state of a run aside, then rename."""
-    state = {
-        "format_version": FORMAT_VERSION,
-        "algorithm": trainer.algorithm.save(),
+    """Write the whole state of a run aside, then rename; every process of a team tells, and the leader writes."""
+    mine = {
         "torch_rng": torch.get_rng_state(),
         "age": torch.from_numpy(trainer.age.copy()),
         "task": _packed(trainer.task.state_dict()),
+    }
+    processes = trainer.team.gathered(mine)
+    if not trainer.team.leads:
+        return
+    state = {
+        "format_version": FORMAT_VERSION,
+        "algorithm": trainer.algorithm.save(),
+        "processes": processes,
         "config": json.dumps(asdict(config), sort_keys=True),
         "reference_sha256": reference_sha256,
         "progress": json.dumps(progress),
@@ -74,12 +80,19 @@ def restore(trainer: Trainer, state: dict[str, Any], config: TrainConfig, refere
     for key in shapes:
         if then["ppo"][key] != now["ppo"][key]:
             raise TrackingError("resume", found=f"another {key} ({now['ppo'][key]})", expected=f"{then['ppo'][key]}")
+    if len(state["processes"]) != trainer.team.size:
+        raise TrackingError(
+            "resume",
+            found=f"{trainer.team.size} processes",
+            expected=f"{len(state['processes'])}, as the run began with",
+        )
+    mine = state["processes"][trainer.team.rank]
     trainer.algorithm.load(state["algorithm"], None, True)
     # The library saves its optimiser, but not the rate that it goes on adapting from.
     trainer.algorithm.learning_rate = trainer.algorithm.optimizer.param_groups[0]["lr"]
-    torch.set_rng_state(state["torch_rng"])
-    trainer.age = state["age"].numpy().copy()
-    trainer.task.load_state_dict(_unpacked(state["task"]))
+    torch.set_rng_state(mine["torch_rng"])
+    trainer.age = mine["age"].numpy().copy()
+    trainer.task.load_state_dict(_unpacked(mine["task"]))
     progress: dict[str, Any] = json.loads(state["progress"])
     return progress
 

@@ -23,12 +23,12 @@ def write_curves(path: Path, rows: Sequence[Mapping[str, float]]) -> None:
 
 
 class TensorBoard:
-    """Curves for `tensorboard --logdir`."""
+    """Curves for `tensorboard --logdir`; None writes nothing."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path | None) -> None:
         from torch.utils.tensorboard import SummaryWriter
 
-        self._writer: Any = SummaryWriter(str(folder))
+        self._writer: Any = None if folder is None else SummaryWriter(str(folder))
 
     def iteration(self, steps: int, result: Iteration) -> None:
         """Rewards, losses and failures of one iteration."""
@@ -38,16 +38,20 @@ class TensorBoard:
         scalars |= {f"failures/{k}": float(v) for k, v in result.causes.items()}
         scalars |= {"episode/length_s": result.episode_s, "policy/std": result.std}
         scalars |= {"policy/learning_rate": result.rate, "policy/kl": result.kl}
-        for name, value in scalars.items():
-            self._writer.add_scalar(name, value, steps)
+        self._add(scalars, steps)
 
     def evaluation(self, steps: int, row: Mapping[str, float]) -> None:
         """What an evaluation came to."""
-        for name, value in row.items():
-            self._writer.add_scalar(f"evaluation/{name}", value, steps)
+        self._add({f"evaluation/{name}": value for name, value in row.items()}, steps)
+
+    def _add(self, scalars: Mapping[str, float], steps: int) -> None:
+        if self._writer is not None:
+            for name, value in scalars.items():
+                self._writer.add_scalar(name, value, steps)
 
     def __enter__(self) -> TensorBoard:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._writer.close()
+        if self._writer is not None:
+            self._writer.close()

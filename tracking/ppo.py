@@ -16,9 +16,9 @@ import numpy as np
 import torch
 from tensordict import TensorDict
 
-from robot_models.cores import available_threads
 from tracking.config import PpoConfig
 from tracking.task import TrackingTask
+from tracking.team import Team
 
 Actor = Any  # rsl_rl.models.MLPModel
 
@@ -27,7 +27,7 @@ Actor = Any  # rsl_rl.models.MLPModel
 class Iteration:
     """What one round of rollouts and updates came to."""
 
-    steps: int  # control steps in this iteration
+    steps: int  # control steps in this iteration, of all processes; what follows is of this one's robots
     losses: dict[str, float]
     episode_s: float  # mean length of the episodes that ended [s], NaN if none did
     terms: dict[str, float]  # mean of every reward term
@@ -40,11 +40,16 @@ class Iteration:
 class Trainer:
     """PPO's networks, storage and optimiser around one batched task."""
 
-    def __init__(self, task: TrackingTask, config: PpoConfig, seed: int, threads: int = 0) -> None:
+    def __init__(
+        self, task: TrackingTask, config: PpoConfig, seed: int, threads: int = 0, team: Team | None = None
+    ) -> None:
+        self.task, self.config, self.team = task, config, team or Team()
         torch.manual_seed(seed)
-        torch.set_num_threads(threads or available_threads())
-        self.task, self.config = task, config
-        self.algorithm = _make_algorithm(self._observe(), task, config)
+        torch.set_num_threads(self.team.threads(threads))
+        self.algorithm = _make_algorithm(self._observe(), task, config, self.team)
+        if self.team.size > 1:
+            self.algorithm.broadcast_parameters()
+            torch.manual_seed(seed + self.team.rank)  # one network, but everyone explores with noise of their own
         self.age = np.zeros(task.envs)  # control steps since each robot's reset
 
     @property
@@ -80,7 +85,7 @@ class Trainer:
         self._adapt_rate(divergence, kl)
         self._keep_exploring()
         return Iteration(
-            steps=self.task.envs * self.config.steps_per_env,
+            steps=self.team.size * self.task.envs * self.config.steps_per_env,
             losses={k: float(v) for k, v in losses.items()},
             episode_s=float(np.mean(ended)) if ended else float("nan"),
             terms={k: float(np.mean(v)) for k, v in terms.items()},
@@ -112,7 +117,8 @@ class Trainer:
         before = tuple(p.flatten(0, 1) for p in storage.distribution_params)
         with torch.inference_mode():
             actor(storage.observations.flatten(0, 1), stochastic_output=True)
-            return float(actor.get_kl_divergence(before, actor.output_distribution_params).mean())
+            divergence = float(actor.get_kl_divergence(before, actor.output_distribution_params).mean())
+        return self.team.mean(divergence)
 
     def _adapt_rate(self, divergence: float, wanted: float) -> None:
         """Bring the next update's divergence nearer to the wanted one.
@@ -131,7 +137,7 @@ class Trainer:
             self.algorithm.actor.distribution.log_std_param.clamp_(np.log(low), np.log(high))
 
 
-def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig) -> Any:
+def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig, team: Team) -> Any:
     from rsl_rl.algorithms import PPO
     from rsl_rl.models import MLPModel
     from rsl_rl.storage import RolloutStorage
@@ -171,4 +177,5 @@ def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig) -
         use_clipped_value_loss=True,
         schedule="fixed",
         normalize_advantage_per_mini_batch=False,
+        multi_gpu_cfg=team.for_rsl_rl,
     )

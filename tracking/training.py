@@ -21,8 +21,10 @@ from tracking.ppo import Iteration, Trainer
 from tracking.repertoire import Piece, bundle_folder, repertoire_sha256
 from tracking.signals import Signals
 from tracking.task import TrackingTask
+from tracking.team import join_team
 
 CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"
+_APART = 10_000  # between the seeds of the processes of a team
 _FEWEST = 10  # rollouts per piece of an evaluation
 Progress = Callable[[int, int, str], None]  # steps done, steps in all, one line about how it stands
 
@@ -62,21 +64,25 @@ def train(
     Raises:
         TrackingError: the run cannot be resumed, or its numbers stopped being finite.
     """
-    _prepare(folder, resume)
+    team = join_team()
+    if team.leads:
+        _prepare(folder, resume)
     task = TrackingTask(
-        robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces], envs=config.envs,
-        config=config.task, seed=config.seed, threads=config.threads,
+        robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces],
+        envs=team.share(config.envs, "--envs"), config=config.task, seed=config.seed + _APART * team.rank,
+        threads=team.threads(config.threads),
     )  # fmt: skip
-    trainer = Trainer(task, config.ppo, config.seed, config.threads)
+    trainer = Trainer(task, config.ppo, config.seed, config.threads, team)
     run, sha = Run(folder=folder), repertoire_sha256(pieces)
     if resume:
         saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, sha)
         run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
     began = time.perf_counter() - run.seconds
-    with TensorBoard(folder) as board, Signals() as signals:
+    with TensorBoard(folder if team.leads else None) as board, Signals() as signals:
         if not run.curves:
             _judge(run, trainer, pieces, config, board)
-        run.stopped = _reason_to_stop(run, config)
+        run.stopped = team.told(_reason_to_stop(run, config))
+        told_to = ""
         while not run.stopped:
             task.harden(run.steps / config.steps)
             result = trainer.iterate(_wanted_kl(config.ppo, run))
@@ -88,15 +94,17 @@ def train(
                 progress(run.steps, config.steps, _line(run, result))
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
                 _judge(run, trainer, pieces, config, board)
-            run.stopped = signals.came or _reason_to_stop(run, config)
+            run.stopped, told_to = team.told((signals.came or _reason_to_stop(run, config), signals.came))
         # A run that is told to stop has little time: it saves, and is judged when it is resumed.
-        if run.curves[-1]["steps"] != run.steps and not signals.came:
+        if run.curves[-1]["steps"] != run.steps and not told_to:
             _judge(run, trainer, pieces, config, board)
         _save(run, trainer, config, sha)
-    run.onnx_difference = max(
-        export_bundle(bundle_folder(folder, piece, pieces), trainer.actor, task, piece) for piece in pieces
-    )
+    if team.leads:
+        run.onnx_difference = max(
+            export_bundle(bundle_folder(folder, piece, pieces), trainer.actor, task, piece) for piece in pieces
+        )
     task.close()
+    team.leave()
     return run
 
 
@@ -120,37 +128,46 @@ def _wanted_kl(c: PpoConfig, run: Run) -> float:
 
 def _judge(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig, board: TensorBoard) -> None:
     """Evaluate on every piece, note the means, save."""
-    run.evaluations = {
-        piece.name: evaluate(
-            torch_policy(trainer.actor), trainer.task.robot, piece.reference, evaluation_task(config.task),
-            rollouts=max(_FEWEST, config.rollouts // len(pieces)), seed=config.seed + 1000, threads=config.threads,
-        )
-        for piece in pieces
-    }  # fmt: skip
-    row = {"steps": float(run.steps), "minutes": run.seconds / 60.0}
-    for name in ("finished", "survived_s", "body_error_mm", "global_error_mm"):
-        row[name] = float(np.mean([getattr(e, name) for e in run.evaluations.values()]))
-    if len(pieces) > 1:
-        row |= {f"finished {name}": e.finished for name, e in run.evaluations.items()}
+    row: dict[str, float] = {}
+    if trainer.team.leads:
+        run.evaluations = _evaluated(trainer, pieces, config)
+        row = {"steps": float(run.steps), "minutes": run.seconds / 60.0}
+        for name in ("finished", "survived_s", "body_error_mm", "global_error_mm"):
+            row[name] = float(np.mean([getattr(e, name) for e in run.evaluations.values()]))
+        if len(pieces) > 1:
+            row |= {f"finished {name}": e.finished for name, e in run.evaluations.items()}
+    row = trainer.team.told(row)
     run.curves.append(row)
     board.evaluation(run.steps, row)
     _save(run, trainer, config, repertoire_sha256(pieces))
 
 
+def _evaluated(trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig) -> dict[str, Evaluation]:
+    each = max(min(_FEWEST, config.rollouts), config.rollouts // len(pieces))
+    return {
+        piece.name: evaluate(
+            torch_policy(trainer.actor), trainer.task.robot, piece.reference, evaluation_task(config.task),
+            rollouts=each, seed=config.seed + 1000, threads=config.threads,
+        )
+        for piece in pieces
+    }  # fmt: skip
+
+
 def _save(run: Run, trainer: Trainer, config: TrainConfig, sha: str) -> None:
     progress = {"steps": run.steps, "seconds": run.seconds, "curves": run.curves}
     save_checkpoint(run.folder / CHECKPOINT, trainer, config, sha, progress)
-    if run.curves:
+    if run.curves and trainer.team.leads:
         write_curves(run.folder / CURVES, run.curves)
 
 
 def _check_finite(result: Iteration, trainer: Trainer, run: Run, config: TrainConfig, sha: str) -> None:
-    if all(math.isfinite(v) for v in (*result.losses.values(), *result.terms.values(), result.kl)):
+    told = {**result.losses, **result.terms, "kl": result.kl}
+    bad = {k for part in trainer.team.gathered([k for k, v in told.items() if not math.isfinite(v)]) for k in part}
+    if not bad:
         return
     save_checkpoint(run.folder / "diverged.pt", trainer, config, sha, {"steps": run.steps})
-    bad = [k for k, v in {**result.losses, **result.terms, "kl": result.kl}.items() if not math.isfinite(v)]
     raise TrackingError(
-        f"training step {run.steps}", found=f"{', '.join(bad)} not finite", expected="finite numbers",
+        f"training step {run.steps}", found=f"{', '.join(sorted(bad))} not finite", expected="finite numbers",
         cure=f"the state is kept in {run.folder / 'diverged.pt'}; lower the learning rate",
     )  # fmt: skip
 
