@@ -105,7 +105,7 @@ class DanceEnv(gymnasium.Env[ndarray, ndarray]):
         info = {"frame": self.frame, "reward_terms": terms}
         return self._observation(), float(sum(terms.values())), fallen, ended, info
 
-    def render(self) -> ndarray | None:
+    def render(self) -> Any:
         """A picture (height, width, 3) in mode "rgb_array"; otherwise the viewer's window is brought up to date."""
         return None if self._physics is None else self._screen.draw(self._physics.qpos[0])
 

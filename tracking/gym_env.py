@@ -80,7 +80,7 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
             self.render()
         return self._observation(), float(result.reward[0]), bool(result.terminated[0]), bool(result.truncated[0]), info
 
-    def render(self) -> ndarray | None:
+    def render(self) -> Any:
         """A picture (height, width, 3) in mode "rgb_array"; otherwise the viewer's window is brought up to date."""
         return self._screen.draw(self.task.physics.qpos[0])
 
