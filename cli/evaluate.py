@@ -46,7 +46,7 @@ class Arguments:
     engine: str = "mujoco"
     """mujoco; physx-isaac (PhysX 5 as Isaac Lab trains, implicit drives at 5 ms); physx-motor (PhysX 5 with the servo
     law of motor boards, clipped torques at 1 ms); physx for both of these, all for all three. PhysX needs the extra
-    sim2sim."""
+    sim2sim. warp: MuJoCo-Warp, the extra gpu."""
     rollouts: int = 100
     """How many, each with its own noise and robot."""
     seed: int = 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from rich.console import Console
@@ -60,6 +60,8 @@ class Arguments:
     """Seed of everything random."""
     threads: int = TrainConfig.threads
     """Threads of physics and networks; 0: as many as this process may use."""
+    engine: Literal["mujoco", "warp"] = "mujoco"
+    """Physics of the training: MuJoCo on the processor's cores, or MuJoCo-Warp on a CUDA device (extra gpu)."""
     target: float = TrainConfig.target
     """Stop early when this share of evaluation rollouts finishes, twice in a row."""
     randomisation: bool = True
@@ -169,7 +171,13 @@ def _check(console: Console, found: ReferenceCheck) -> int:
 
 def _config(args: Arguments) -> TrainConfig:
     base = TrainConfig(
-        steps=args.steps, minutes=args.minutes, envs=args.envs, seed=args.seed, threads=args.threads, target=args.target
+        steps=args.steps,
+        minutes=args.minutes,
+        envs=args.envs,
+        seed=args.seed,
+        threads=args.threads,
+        target=args.target,
+        engine=args.engine,
     )
     draw = replace(base.task.randomisation, enabled=args.randomisation)
     return replace(base, task=replace(base.task, randomisation=draw))

@@ -73,7 +73,7 @@ def restore(trainer: Trainer, state: dict[str, Any], config: TrainConfig, refere
             cure="resume with the reference that the run began with",
         )  # fmt: skip
     then, now = json.loads(state["config"]), json.loads(json.dumps(asdict(config)))
-    for key in ("task", "envs", "seed", "threads"):
+    for key in ("task", "envs", "seed", "threads", "engine"):
         if then[key] != now[key]:
             raise TrackingError("resume", found=f"another {key} than the run began with", expected=f"{then[key]}")
     shapes = ("hidden", "steps_per_env")  # rates, schedules and weights of the loss may change on purpose

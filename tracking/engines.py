@@ -8,13 +8,15 @@ from tracking.errors import TrackingError
 from tracking.mujoco_batch import MujocoBatch
 from tracking.physics import Engine
 from tracking.physx_batch import ISAAC, MOTOR, PhysxBatch
+from tracking.warp_batch import WarpBatch
 
 ENGINES: dict[str, Engine] = {
     "mujoco": MujocoBatch,
     "physx-isaac": partial(PhysxBatch, profile=ISAAC),
     "physx-motor": partial(PhysxBatch, profile=MOTOR),
+    "warp": WarpBatch,
 }
-_GROUPS = {"physx": ("physx-isaac", "physx-motor"), "all": tuple(ENGINES)}
+_GROUPS = {"physx": ("physx-isaac", "physx-motor"), "all": ("mujoco", "physx-isaac", "physx-motor")}
 
 
 def engine_names(asked: str) -> tuple[str, ...]:
