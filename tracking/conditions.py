@@ -18,6 +18,7 @@ NOMINAL = RandomisationConfig(
     torso_com=0.0,
     gains=(1.0, 1.0),
     encoder_bias=0.0,
+    torque_speed=False,
     delay=(0.0, 0.0),
     pushes=False,
 )
@@ -46,6 +47,11 @@ CONDITIONS: dict[str, tuple[RandomisationConfig, ObservationNoise]] = {
     **{f"gains {factor}": (_at("gains", factor), _NOISE) for factor in (0.8, 1.2)},
     **{f"friction {mu}": (_at("friction", mu), _NOISE) for mu in (0.3, 0.5, 0.8, 1.2)},
     **{f"mass {factor}": (_at("mass", factor), _NOISE) for factor in (0.8, 1.2)},
+    "torque over speed as trained": (replace(NOMINAL, torque_speed=True), _NOISE),
+    "motors two thirds as fast": (
+        replace(NOMINAL, torque_speed=True, knee=(0.5, 0.5), no_load=(0.75, 0.75)),
+        _NOISE,
+    ),
     "pushes as trained": (_pushed(1.0), _NOISE),
     "pushes twice that": (_pushed(2.0), _NOISE),
     "encoder bias 0.03 rad": (replace(NOMINAL, encoder_bias=0.03), _NOISE),

@@ -83,6 +83,11 @@ class RandomisationConfig:
     torso_com: float = 0.03  # half width, each axis [m]
     gains: tuple[float, float] = (0.95, 1.05)  # factor on kp and kd, per joint
     encoder_bias: float = 0.01  # half width [rad]
+    # Motors lose torque with speed. In shares of the profile's speed limit, which is a motor's rated one: full torque up
+    # to the knee, none from the no-load speed on. Unitree's four G1 motors: 0.70 to 0.83, and 1.08 to 1.14.
+    torque_speed: bool = True
+    knee: tuple[float, float] = (0.7, 0.85)
+    no_load: tuple[float, float] = (1.05, 1.15)
     # From sensor to motor. All of it is counted on the way to the motor: to a policy, which acts on one instant, a
     # sensor that tells late and a motor that hears late are the same.
     delay: tuple[float, float] = (0.0, 0.02)  # [s]

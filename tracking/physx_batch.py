@@ -17,6 +17,7 @@ from numpy import ndarray
 
 from robot_models import rotation as rot
 from tracking.errors import TrackingError
+from tracking.motors import servo_gains, torque_limits
 from tracking.physics import PhysicsBatch
 
 if TYPE_CHECKING:
@@ -113,7 +114,8 @@ class PhysxScene:
         order = [j.name for j in self.robot.active_joints]
         self._to_engine = np.array([self._names.index(name) for name in order])
         self._from_engine = np.array([order.index(name) for name in self._names])
-        self._kp, self._kd = np.array(model.actuator_gainprm[:, 0]), -np.array(model.actuator_biasprm[:, 2])
+        self._model = model
+        self._kp, self._kd = servo_gains(model)
         self._effort, self._damping = np.array(model.actuator_forcerange[:, 1]), np.array(model.dof_damping[6:])
         self._drives = profile.drives
         for i, joint in enumerate(self.joints):
@@ -156,7 +158,7 @@ class PhysxScene:
                 joint.set_drive_target(float(angle))
         else:
             pos, vel = self._joints()
-            torque = np.clip(self._kp * (target - pos) - self._kd * vel, -self._effort, self._effort)
+            torque = np.clip(self._kp * (target - pos) - self._kd * vel, *torque_limits(self._model, vel))
             self.robot.set_qf((torque - self._damping * vel)[self._to_engine])
         self.system.step()
 

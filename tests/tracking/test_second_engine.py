@@ -10,6 +10,7 @@ pytest.importorskip("sapien")
 
 from robot_models import load_robot
 from tracking.config import RandomisationConfig
+from tracking.motors import servo_gains
 from tracking.mujoco_batch import MujocoBatch, training_model
 from tracking.physx_batch import ISAAC, MOTOR, PhysxBatch
 from tracking.randomisation import draw_robots
@@ -49,7 +50,7 @@ def test_every_number_of_the_robot_arrives(dancer, rng):
         for i, joint in enumerate(scene.joints):
             assert joint.armature[0] == pytest.approx(model.dof_armature[6 + i], rel=1e-6)
             assert joint.force_limit == pytest.approx(model.actuator_forcerange[i, 1], rel=1e-6)
-            assert joint.stiffness == pytest.approx(model.actuator_gainprm[i, 0], rel=1e-6)
+            assert joint.stiffness == pytest.approx(servo_gains(model)[0][i], rel=1e-6)
             np.testing.assert_allclose(joint.limits[0], model.jnt_range[1 + i], rtol=1e-6, atol=1e-7)
             assert joint.friction == 0.0
         soles = [g for g in range(model.ngeom) if "_sole_" in model.geom(g).name]
