@@ -73,7 +73,7 @@ class MujocoBatch(PhysicsBatch):
             nstep=self.substeps,
             state=self._out,
             sensordata=self._sensors,
-            skip_checks=False,
+            skip_checks=True,  # the library's checks are a twentieth of a step of 256 robots
         )
         self.state[:] = self._out[:, -1]
 
