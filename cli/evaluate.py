@@ -32,11 +32,12 @@ class Arguments:
         dance-eval groove-g1 --engine all --recording both.rrd
         dance-eval runs/groove --rollouts 500 --json result.json
         dance-eval groove-g1 --engine all --sweep --picture sweep.png
-        dance-eval runs/song                  # one policy, several dances: a row for each
+        dance-eval runs/song
     """
 
     bundle: ClipPath
-    """Folder that dance-train wrote (policy.onnx, contract.json, golden.npz, reference.npz), or groove-dancer or
+    """Folder that dance-train wrote (policy.onnx, contract.json, golden.npz, reference.npz; of a policy that dances
+    several references, the run's folder: a row for each), or groove-dancer or
     groove-g1, which come with the package. Also another tool's policy: an ONNX with BeyondMimic's metadata, or Unitree's
     deploy.yaml with its policy.onnx beside it."""
     ref: Path | None = None

@@ -1,52 +1,35 @@
-"""Rerun recordings of finished results: the one module that knows Rerun.
-
-Static things are logged once, whole series by column, on two timelines (frame, seconds). A camera frame follows the
-robot, the blueprint is made here, and a file is whole or absent.
-"""
+"""Rerun recordings of finished results, a story each; what they are made of stands in `scene`."""
 
 from __future__ import annotations
 
-import os
-import uuid
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy import ndarray
 
-from clips import PIVOTING, PLANTED, HumanClip, Reference
-from clips.files import write_whole
-from retarget import Report, Retargeted
-from retarget.smooth import smooth
-from robot_models import FEET, RobotModel, sole_edges
-from robot_models import rotation as rot
-from robot_models.visual import Part, visual_parts
-
-Log = Any  # rerun.RecordingStream
-_SIDE_M = 1.1  # the source stands this far to the robot's left
-_SLIDING = 0.03  # a planted edge faster than this is drawn red [m/s]
-_GREY, _GREEN, _ORANGE, _RED = (120, 125, 135, 255), (60, 190, 110, 255), (245, 170, 40, 255), (230, 55, 45, 255)
-_SOURCE, _TARGET, _GHOST = (90, 170, 255), (255, 205, 70), (120, 150, 190, 90)
-_SPACE = uuid.UUID("6ad2c0de-5b5e-4c5c-9d0a-0d3a2c1e77aa")
+from cli import scene
+from clips import HumanClip, Reference
+from retarget import Retargeted
+from robot_models import RobotModel
+from robot_models.visual import visual_parts
 
 
 def save_retargeting(path: Path, result: Retargeted) -> None:
     """Source, targets, robot, contacts and the report's curves of one retargeting."""
     reference, robot, start = result.reference, result.robot, result.reference.dance.start
-    with _recording(path, f"{robot.name}: {result.source.source.file}") as log:
-        index = _index(np.arange(reference.frames), reference.fps)
-        _scene(log, reference.body_pos_w[:, 0], index, reference.fps)
-        _robot(log, "world/robot", robot, visual_parts(robot))
-        _move(log, "world/robot", robot, reference.body_pos_w, reference.body_quat_w, index)
-        _soles(log, robot, reference, index)
-        _source(log, result.source, start)
-        _targets(log, result, start)
-        _curves(log, "plots/report", result.report.series, index)
-        log.log("report", _markdown(_report_text(result.report, result.source)), static=True)
-        plots = [_plot(name, f"plots/report/{_slug(name)}") for name in result.report.series]
-        _send_blueprint(log, plots)
+    with scene.recording(path, f"{robot.name}: {result.source.source.file}") as log:
+        index = scene.timelines(np.arange(reference.frames), reference.fps)
+        scene.lay_floor(log, reference.body_pos_w[:, 0], index, reference.fps)
+        scene.draw_robot(log, "world/robot", robot, visual_parts(robot))
+        scene.move_robot(log, "world/robot", robot, reference.body_pos_w, reference.body_quat_w, index)
+        scene.draw_soles(log, robot, reference, index)
+        scene.draw_source(log, result.source, start)
+        scene.draw_targets(log, result, start)
+        scene.plot_curves(log, "plots/report", result.report.series, index)
+        log.log("report", scene.markdown(scene.report_text(result.report, result.source)), static=True)
+        plots = [scene.line_view(name, f"plots/report/{scene.slug(name)}") for name in result.report.series]
+        scene.send_blueprint(log, plots)
 
 
 def save_rollouts(
@@ -66,35 +49,35 @@ def save_rollouts(
     from robot_models import forward_kinematics
 
     dance, parts = reference.dance, visual_parts(robot)
-    with _recording(path, f"{robot.name}: policy against its reference") as log:
+    with scene.recording(path, f"{robot.name}: policy against its reference") as log:
         longest = max(map(len, rollouts.values()))
         way = reference.body_pos_w[dance.start : dance.start + longest, 0]
-        _scene(log, way, _index(np.arange(longest), reference.fps), reference.fps)
+        scene.lay_floor(log, way, scene.timelines(np.arange(longest), reference.fps), reference.fps)
         plots = []
         for k, (name, rollout) in enumerate(rollouts.items()):
-            root, frames = f"world/{_slug(name)}", len(rollout)
-            index = _index(np.arange(frames), reference.fps)
+            root, frames = f"world/{scene.slug(name)}", len(rollout)
+            index = scene.timelines(np.arange(frames), reference.fps)
             meant = slice(dance.start, dance.start + frames)  # evaluations begin with the dance
-            aside_m = np.array([0.0, -_SIDE_M * k, 0.0])
+            aside_m = np.array([0.0, -scene.SIDE_M * k, 0.0])
             pos, quat = forward_kinematics(robot, rollout)
-            _robot(log, root, robot, parts)
-            _move(log, root, robot, pos + aside_m, quat, index)
-            _robot(log, f"{root}-ghost", robot, parts, tint=_GHOST)
-            _move(
+            scene.draw_robot(log, root, robot, parts)
+            scene.move_robot(log, root, robot, pos + aside_m, quat, index)
+            scene.draw_robot(log, f"{root}-ghost", robot, parts, tint=scene.GHOST)
+            scene.move_robot(
                 log, f"{root}-ghost", robot, reference.body_pos_w[meant] + aside_m, reference.body_quat_w[meant], index
             )
             if len(rollouts) > 1:
-                _label(log, f"{root}-name", name, pos[:, 0] + aside_m, index)
+                scene.label(log, f"{root}-name", name, pos[:, 0] + aside_m, index)
             error = 1e3 * np.linalg.norm(pos - reference.body_pos_w[meant], axis=-1).mean(axis=1)
             what = "distance from the ghost [mm]"
-            _curves(log, f"plots/{_slug(name)}", {what: error}, index)
-            plots.append(_plot(f"{what}: {name}", f"plots/{_slug(name)}/{_slug(what)}"))
-        _learning(log, curves)
-        log.log("report", _markdown(text), static=True)
-        plots += [_bars(f"{n} over million steps", f"plots/learning/{_slug(n)}") for n in curves]
-        middle = -0.5 * _SIDE_M * (len(rollouts) - 1)
+            scene.plot_curves(log, f"plots/{scene.slug(name)}", {what: error}, index)
+            plots.append(scene.line_view(f"{what}: {name}", f"plots/{scene.slug(name)}/{scene.slug(what)}"))
+        scene.plot_learning(log, curves)
+        log.log("report", scene.markdown(text), static=True)
+        plots += [scene.bar_view(f"{n} over million steps", f"plots/learning/{scene.slug(n)}") for n in curves]
+        middle = -0.5 * scene.SIDE_M * (len(rollouts) - 1)
         away = 2.5 + 0.6 * (len(rollouts) - 1)
-        _send_blueprint(log, plots, eye=(away, middle - 0.7, 0.5 * away), look=(0.0, middle, 0.72))
+        scene.send_blueprint(log, plots, eye=(away, middle - 0.7, 0.5 * away), look=(0.0, middle, 0.72))
 
 
 def save_rehearsal(
@@ -113,14 +96,18 @@ def save_rehearsal(
     from robot_models import forward_kinematics
 
     pos, quat = forward_kinematics(robot, qpos)
-    with _recording(path, f"{robot.name}: rehearsal") as log:
-        index = _index(np.arange(len(qpos)), fps)
-        _scene(log, pos[:, 0], index, fps)
-        _robot(log, "world/robot", robot, visual_parts(robot))
-        _move(log, "world/robot", robot, pos, quat, index)
-        _curves(log, "plots/rehearsal", series, index)
-        log.log("report", _markdown(text), static=True)
-        _send_blueprint(log, [_plot(name, f"plots/rehearsal/{_slug(name)}") for name in series], look=(0.0, 0.0, 0.72))
+    with scene.recording(path, f"{robot.name}: rehearsal") as log:
+        index = scene.timelines(np.arange(len(qpos)), fps)
+        scene.lay_floor(log, pos[:, 0], index, fps)
+        scene.draw_robot(log, "world/robot", robot, visual_parts(robot))
+        scene.move_robot(log, "world/robot", robot, pos, quat, index)
+        scene.plot_curves(log, "plots/rehearsal", series, index)
+        log.log("report", scene.markdown(text), static=True)
+        scene.send_blueprint(
+            log,
+            [scene.line_view(name, f"plots/rehearsal/{scene.slug(name)}") for name in series],
+            look=(0.0, 0.0, 0.72),
+        )
 
 
 def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references: Mapping[str, Reference]) -> None:
@@ -132,280 +119,27 @@ def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references
     from retarget.report import measure
 
     first = next(iter(references.values()))
-    with _recording(path, f"{robot.name}: {' | '.join(references)}") as log:
-        index = _index(np.arange(first.frames), first.fps)
-        _scene(log, first.body_pos_w[:, 0], index, first.fps)
-        _source(log, source, 0)
+    with scene.recording(path, f"{robot.name}: {' | '.join(references)}") as log:
+        index = scene.timelines(np.arange(first.frames), first.fps)
+        scene.lay_floor(log, first.body_pos_w[:, 0], index, first.fps)
+        scene.draw_source(log, source, 0)
         parts, plots = visual_parts(robot), []
         for k, (name, reference) in enumerate(references.items()):
-            root = f"world/{_slug(name)}"
-            aside_m = np.array([0.0, -_SIDE_M * k, 0.0])
-            _robot(log, root, robot, parts)
-            _move(log, root, robot, reference.body_pos_w + aside_m, reference.body_quat_w, index)
-            _soles(log, robot, reference, index, root)
-            _label(log, f"{root}-name", name, reference.body_pos_w[:, 0] + aside_m, index)
+            root = f"world/{scene.slug(name)}"
+            aside_m = np.array([0.0, -scene.SIDE_M * k, 0.0])
+            scene.draw_robot(log, root, robot, parts)
+            scene.move_robot(log, root, robot, reference.body_pos_w + aside_m, reference.body_quat_w, index)
+            scene.draw_soles(log, robot, reference, index, root)
+            scene.label(log, f"{root}-name", name, reference.body_pos_w[:, 0] + aside_m, index)
             series = measure(reference, robot, source, Gates()).series
             worst = series["slide of touching edges [m/s]"].max(axis=1)
-            _curves(log, f"plots/{_slug(name)}", {"slide": worst}, index)
-            plots.append(_plot(f"sliding of a touching edge [m/s]: {name}", f"plots/{_slug(name)}/slide"))
+            scene.plot_curves(log, f"plots/{scene.slug(name)}", {"slide": worst}, index)
+            plots.append(
+                scene.line_view(f"sliding of a touching edge [m/s]: {name}", f"plots/{scene.slug(name)}/slide")
+            )
         log.log(
             "report",
-            _markdown("Soles: green planted, orange pivoting, red sliding while the source's foot stands."),
+            scene.markdown("Soles: green planted, orange pivoting, red sliding while the source's foot stands."),
             static=True,
         )
-        _send_blueprint(log, plots, eye=(4.2, -0.9, 1.6))
-
-
-def _label(log: Log, entity: str, text: str, root_pos: ndarray, index: list[Any]) -> None:
-    """A name over a figure's head."""
-    import rerun as rr
-
-    log.log(entity, rr.Points3D.from_fields(radii=[0.001], labels=[text], show_labels=True), static=True)
-    above = (root_pos + np.array([0.0, 0.0, 0.75])).astype(np.float32)
-    log.send_columns(entity, index, rr.Points3D.columns(positions=above))
-
-
-@contextmanager
-def _recording(path: Path, title: str) -> Iterator[Log]:
-    # Before the import: without the wall clock, what is written depends on the motion alone.
-    os.environ.setdefault("RERUN_LOG_TIME", "0")
-    import rerun as rr
-
-    rr.set_strict_mode(True)
-    log = rr.RecordingStream(
-        "dance-retarget", recording_id=str(uuid.uuid5(_SPACE, f"{title}/{path.name}")), send_properties=False
-    )
-    # In memory first: Rerun's own file writer only logs that a disk was full.
-    memory = log.memory_recording()
-    log.send_recording_name(title)
-    yield log
-    log.flush(timeout_sec=60.0)
-    with write_whole(path) as stream:
-        stream.write(memory.drain_as_bytes() or b"")
-    log.disconnect()
-
-
-def _index(frames: ndarray, fps: float) -> list[Any]:
-    import rerun as rr
-
-    nanoseconds = np.round(frames / fps * 1e9).astype(np.int64).astype("timedelta64[ns]")
-    return [rr.TimeColumn("frame", sequence=frames), rr.TimeColumn("seconds", duration=nanoseconds)]
-
-
-def _scene(log: Log, root_pos: ndarray, index: list[Any], fps: float) -> None:
-    """Axes, floor lines, and the frame that the camera stands in: the root's smoothed path on the ground."""
-    import rerun as rr
-
-    log.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    low = np.floor(root_pos[:, :2].min(axis=0) - 3.0)
-    high = np.ceil(root_pos[:, :2].max(axis=0) + 3.0)
-    lines = [[(x, low[1], 0.0), (x, high[1], 0.0)] for x in np.arange(low[0], high[0] + 0.5)]
-    lines += [[(low[0], y, 0.0), (high[0], y, 0.0)] for y in np.arange(low[1], high[1] + 0.5)]
-    radius = rr.components.Radius.ui_points(0.6)
-    log.log("world/floor", rr.LineStrips3D(lines, colors=[(70, 76, 88)], radii=[radius]), static=True)
-    path = np.zeros((len(root_pos), 3))
-    path[:, :2] = smooth(root_pos[:, :2], fps, 0.3)
-    log.send_columns("world/follow", index, rr.Transform3D.columns(translation=path.astype(np.float32)))
-
-
-def _robot(log: Log, root: str, robot: RobotModel, parts: Sequence[Part], tint: tuple[int, ...] | None = None) -> None:
-    """The robot's surface, once."""
-    import rerun as rr
-
-    for i, part in enumerate(parts):
-        entity = f"{root}/{part.body}/{part.kind}_{i}"
-        colour = tint or tuple(int(255 * c) for c in part.rgba)
-        pose: dict[str, Any] = {"quaternions": [rot.to_quat_xyzw(part.quat)], "colors": [colour], "fill_mode": "solid"}
-        shape: Any
-        if part.kind == "box":
-            shape = rr.Boxes3D(half_sizes=[part.size], centers=[part.pos], **pose)
-        elif part.kind == "mesh":
-            shape = rr.Mesh3D(
-                vertex_positions=part.vertices,
-                triangle_indices=part.faces,
-                vertex_normals=_normals(part),
-                albedo_factor=colour,
-            )
-        elif part.kind == "cylinder":
-            shape = rr.Cylinders3D(lengths=[2 * part.size[1]], radii=[part.size[0]], centers=[part.pos], **pose)
-        elif part.kind == "sphere":
-            shape = rr.Ellipsoids3D(radii=[part.size[0]], centers=[part.pos], colors=[colour], fill_mode="solid")
-        elif part.kind == "ellipsoid":
-            shape = rr.Ellipsoids3D(half_sizes=[part.size], centers=[part.pos], **pose)
-        else:
-            # Rerun's capsule begins at its origin and runs along z; MuJoCo's is centred.
-            start = part.pos - rot.rotate(part.quat, np.array([0.0, 0.0, part.size[1]]))
-            shape = rr.Capsules3D(lengths=[2 * part.size[1]], radii=[part.size[0]], translations=[start], **pose)
-        log.log(entity, shape, static=True)
-
-
-def _normals(part: Part) -> ndarray:
-    """Vertex normals: without them a mesh is drawn flat."""
-    vertices, faces = np.asarray(part.vertices), np.asarray(part.faces)
-    corner = vertices[faces]
-    face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    normals = np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(normals, faces[:, k], face)
-    return rot.unit(normals)
-
-
-def _move(log: Log, root: str, robot: RobotModel, pos: ndarray, quat: ndarray, index: list[Any]) -> None:
-    import rerun as rr
-
-    for b, name in enumerate(robot.body_names):
-        log.send_columns(
-            f"{root}/{name}",
-            index,
-            rr.Transform3D.columns(
-                translation=pos[:, b].astype(np.float32), quaternion=rot.to_quat_xyzw(quat[:, b]).astype(np.float32)
-            ),
-        )
-
-
-def _soles(log: Log, robot: RobotModel, reference: Reference, index: list[Any], root: str = "world/robot") -> None:
-    """Half soles in the colour of their contact: green planted, orange pivoting, red sliding while planted."""
-    import rerun as rr
-
-    edges = sole_edges(robot, reference.body_pos_w, reference.body_quat_w)
-    speed = np.linalg.norm(np.diff(edges[..., :2], axis=0, prepend=edges[:1, :, :2]), axis=-1) * reference.fps
-    colours = np.full((reference.frames, 4, 4), _GREY, dtype=np.uint8)
-    colours[reference.contact == PLANTED] = _GREEN
-    colours[reference.contact == PIVOTING] = _ORANGE
-    colours[(reference.contact == PLANTED) & (speed > _SLIDING)] = _RED
-    for k, side in enumerate(FEET):
-        sole = robot.soles[side]
-        middle = 0.5 * sum(sole.x)
-        for e, (edge, x) in enumerate((("heel", (sole.x[0], middle)), ("toe", (middle, sole.x[1])))):
-            entity = f"{root}/{sole.body}/{edge}"
-            half = [0.5 * (x[1] - x[0]), 0.5 * (sole.y[1] - sole.y[0]), 0.006]
-            centre = [0.5 * sum(x), 0.5 * sum(sole.y), sole.z + 0.006]
-            log.log(entity, rr.Boxes3D.from_fields(half_sizes=[half], centers=[centre], fill_mode="solid"), static=True)
-            log.send_columns(entity, index, rr.Boxes3D.columns(colors=colours[:, 2 * k + e]))
-
-
-def _source(log: Log, source: HumanClip, start: int) -> None:
-    """The recorded figure at its own size, beside the robot."""
-    import rerun as rr
-
-    index = _index(np.arange(start, start + source.frames), source.fps)
-    points = (source.positions + np.array([0.0, _SIDE_M, 0.0])).astype(np.float32)
-    bones = [(p, k) for k, p in enumerate(source.parents) if p >= 0]
-    strips = points[:, np.array(bones)] if bones else points[:, :0].reshape(len(points), 0, 2, 3)
-    log.log("world/source", rr.LineStrips3D.from_fields(radii=[0.014], colors=[_SOURCE]), static=True)
-    log.send_columns(
-        "world/source",
-        index,
-        rr.LineStrips3D.columns(strips=strips.reshape(-1, 2, 3)).partition(np.full(len(points), len(bones))),
-    )
-
-
-def _targets(log: Log, result: Retargeted, start: int) -> None:
-    """The goals of the solver in the robot's size: pelvis, feet, and each limb from where it begins."""
-    import rerun as rr
-
-    t = result.targets
-    r, robot = result.reference, result.robot
-    at = {k: r.body_pos_w[r.dance, robot.landmark(k)] for k, _ in t.limbs}
-    ends = [at[start] + vector for (start, _), vector in t.limbs.items()]
-    goals = np.stack([t.pelvis_pos, *ends, t.feet.pos[:, 0], t.feet.pos[:, 1]], axis=1).astype(np.float32)
-    index = _index(np.arange(start, start + len(goals)), t.fps)
-    log.log("world/targets", rr.Points3D.from_fields(radii=[0.022], colors=[_TARGET]), static=True)
-    columns = rr.Points3D.columns(positions=goals.reshape(-1, 3)).partition(np.full(len(goals), goals.shape[1]))
-    log.send_columns("world/targets", index, columns)
-
-
-def _curves(log: Log, root: str, series: Mapping[str, ndarray], index: list[Any]) -> None:
-    import rerun as rr
-
-    for name, values in series.items():
-        table = values.reshape(len(values), -1)
-        names = [name] if table.shape[1] == 1 else [f"{s} {e}" for s in FEET for e in ("heel", "toe")]
-        entity = f"{root}/{_slug(name)}"
-        log.log(entity, rr.SeriesLines(names=names, widths=[1.5] * len(names)), static=True)
-        log.send_columns(entity, index, rr.Scalars.columns(scalars=table.astype(np.float32)))
-
-
-def _learning(log: Log, curves: Mapping[str, tuple[ndarray, ndarray]]) -> None:
-    """Learning curves over million steps: bars, because a time series would follow the dance's clock."""
-    import rerun as rr
-
-    for name, (steps, values) in curves.items():
-        where = np.asarray(steps) / 1e6
-        width = 0.8 * float(np.diff(where).min()) if len(where) > 1 else 0.1
-        chart = rr.BarChart(values, abscissa=where, widths=np.full(len(where), width), color=_SOURCE)
-        log.log(f"plots/learning/{_slug(name)}", chart, static=True)
-
-
-def _markdown(text: str) -> Any:
-    import rerun as rr
-
-    return rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
-
-
-def _report_text(report: Report, source: HumanClip) -> str:
-    rows = [
-        f"| {'' if m.limit is None else 'ok' if m.passed else '**FAIL**'} | {m.name} | {m.value:.4g} {m.unit} | "
-        f"{'' if m.limit is None else f'{m.limit:.4g}'} |"
-        for m in report.metrics
-    ]
-    verdict = "All gates hold." if report.passed else "**Some gates fail.**"
-    findings = "\n".join(f"- {f}" for f in source.source.findings)
-    table = "\n".join(["| | measured | value | gate |", "|---|---|---|---|", *rows])
-    return f"# {source.source.file}\n{verdict}\n\n{table}\n\n## Recognised\n{source.source.dialect}\n\n{findings}\n"
-
-
-def _plot(name: str, origin: str) -> Callable[[Any], Any]:
-    """A plot view, made when the blueprint is."""
-
-    def make(rrb: Any) -> Any:
-        # A single curve is named by its view; a legend would only cover it.
-        legend = rrb.PlotLegend(visible=name.startswith("slide"))
-        return rrb.TimeSeriesView(name=name, origin=f"/{origin}", plot_legend=legend)
-
-    return make
-
-
-def _bars(name: str, origin: str) -> Callable[[Any], Any]:
-    """A bar chart, made when the blueprint is."""
-    return lambda rrb: rrb.BarChartView(name=name, origin=f"/{origin}", plot_legend=rrb.PlotLegend(visible=False))
-
-
-def _send_blueprint(
-    log: Log,
-    plots: Sequence[Callable[[Any], Any]],
-    eye: tuple[float, float, float] = (2.5, -0.7, 1.25),
-    look: tuple[float, float, float] = (0.0, 0.5, 0.72),
-) -> None:
-    import rerun.blueprint as rrb
-
-    view = rrb.Spatial3DView(
-        name="dance",
-        origin="/world/follow",
-        contents=["/world/**"],
-        background=rrb.Background(color=(24, 27, 33)),
-        line_grid=rrb.LineGrid3D(visible=False),
-        eye_controls=rrb.EyeControls3D(kind=rrb.Eye3DKind.Orbital, position=eye, look_target=look, eye_up=(0, 0, 1)),
-    )
-    side = rrb.Vertical(
-        *[p(rrb) for p in plots],
-        rrb.TextDocumentView(name="report", origin="/report"),
-        row_shares=[*([2] * len(plots)), max(4, len(plots))],
-    )
-    log.send_blueprint(
-        rrb.Blueprint(
-            rrb.Horizontal(view, side, column_shares=[3, 2]),
-            rrb.TopPanel(state="hidden"),
-            rrb.BlueprintPanel(state="hidden"),
-            rrb.SelectionPanel(state="hidden"),
-            rrb.TimePanel(state="collapsed", timeline="seconds", play_state="playing", loop_mode="all"),
-            auto_views=False,
-            auto_layout=False,
-        ),
-        make_active=True,
-        make_default=True,
-    )
-
-
-def _slug(name: str) -> str:
-    return "-".join("".join(c if c.isalnum() else " " for c in name.lower()).split())
+        scene.send_blueprint(log, plots, eye=(4.2, -0.9, 1.6))

@@ -30,7 +30,7 @@ def test_the_ghost_is_the_part_of_the_dance_that_the_rollout_follows(groove, tmp
     import cli.show
 
     seen = {}
-    monkeypatch.setattr(cli.show, "_curves", lambda log, root, series, index: seen.update(series))
+    monkeypatch.setattr(cli.scene, "plot_curves", lambda log, root, series, index: seen.update(series))
     rollout = groove.reference.qpos[groove.reference.dance][:50]
     cli.show.save_rollouts(
         tmp_path / "t.rrd", load_robot("dancer"), groove.reference, {"policy": rollout}, {}, "# text"

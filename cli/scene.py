@@ -1,0 +1,297 @@
+"""What a Rerun recording is made of: the one module that knows Rerun.
+
+Static things are logged once, whole series by column, on two timelines (frame, seconds). A camera frame follows the
+robot, the blueprint is made here, and a file is whole or absent.
+"""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from clips import PIVOTING, PLANTED, HumanClip, Reference
+from clips.files import write_whole
+from retarget import Report, Retargeted
+from retarget.smooth import smooth
+from robot_models import FEET, RobotModel, sole_edges
+from robot_models import rotation as rot
+from robot_models.visual import Part
+
+Log = Any  # rerun.RecordingStream
+SIDE_M = 1.1  # figures stand this far from each other
+_SLIDING = 0.03  # a planted edge faster than this is drawn red [m/s]
+_GREY, _GREEN, _ORANGE, _RED = (120, 125, 135, 255), (60, 190, 110, 255), (245, 170, 40, 255), (230, 55, 45, 255)
+_SOURCE, _TARGET, GHOST = (90, 170, 255), (255, 205, 70), (120, 150, 190, 90)
+_SPACE = uuid.UUID("6ad2c0de-5b5e-4c5c-9d0a-0d3a2c1e77aa")
+
+
+def label(log: Log, entity: str, text: str, root_pos: ndarray, index: list[Any]) -> None:
+    """A name over a figure's head."""
+    import rerun as rr
+
+    log.log(entity, rr.Points3D.from_fields(radii=[0.001], labels=[text], show_labels=True), static=True)
+    above = (root_pos + np.array([0.0, 0.0, 0.75])).astype(np.float32)
+    log.send_columns(entity, index, rr.Points3D.columns(positions=above))
+
+
+@contextmanager
+def recording(path: Path, title: str) -> Iterator[Log]:
+    """A recording that is whole or absent: it is kept in memory and written at the end."""
+    # Before the import: without the wall clock, what is written depends on the motion alone.
+    os.environ.setdefault("RERUN_LOG_TIME", "0")
+    import rerun as rr
+
+    rr.set_strict_mode(True)
+    log = rr.RecordingStream(
+        "dance-retarget", recording_id=str(uuid.uuid5(_SPACE, f"{title}/{path.name}")), send_properties=False
+    )
+    # In memory first: Rerun's own file writer only logs that a disk was full.
+    memory = log.memory_recording()
+    log.send_recording_name(title)
+    yield log
+    log.flush(timeout_sec=60.0)
+    with write_whole(path) as stream:
+        stream.write(memory.drain_as_bytes() or b"")
+    log.disconnect()
+
+
+def timelines(frames: ndarray, fps: float) -> list[Any]:
+    """The two columns that everything moving is logged by."""
+    import rerun as rr
+
+    nanoseconds = np.round(frames / fps * 1e9).astype(np.int64).astype("timedelta64[ns]")
+    return [rr.TimeColumn("frame", sequence=frames), rr.TimeColumn("seconds", duration=nanoseconds)]
+
+
+def lay_floor(log: Log, root_pos: ndarray, index: list[Any], fps: float) -> None:
+    """Axes, floor lines, and the frame that the camera stands in: the root's smoothed path on the ground."""
+    import rerun as rr
+
+    log.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    low = np.floor(root_pos[:, :2].min(axis=0) - 3.0)
+    high = np.ceil(root_pos[:, :2].max(axis=0) + 3.0)
+    lines = [[(x, low[1], 0.0), (x, high[1], 0.0)] for x in np.arange(low[0], high[0] + 0.5)]
+    lines += [[(low[0], y, 0.0), (high[0], y, 0.0)] for y in np.arange(low[1], high[1] + 0.5)]
+    radius = rr.components.Radius.ui_points(0.6)
+    log.log("world/floor", rr.LineStrips3D(lines, colors=[(70, 76, 88)], radii=[radius]), static=True)
+    path = np.zeros((len(root_pos), 3))
+    path[:, :2] = smooth(root_pos[:, :2], fps, 0.3)
+    log.send_columns("world/follow", index, rr.Transform3D.columns(translation=path.astype(np.float32)))
+
+
+def draw_robot(
+    log: Log, root: str, robot: RobotModel, parts: Sequence[Part], tint: tuple[int, ...] | None = None
+) -> None:
+    """The robot's surface, once."""
+    import rerun as rr
+
+    for i, part in enumerate(parts):
+        entity = f"{root}/{part.body}/{part.kind}_{i}"
+        colour = tint or tuple(int(255 * c) for c in part.rgba)
+        pose: dict[str, Any] = {"quaternions": [rot.to_quat_xyzw(part.quat)], "colors": [colour], "fill_mode": "solid"}
+        shape: Any
+        if part.kind == "box":
+            shape = rr.Boxes3D(half_sizes=[part.size], centers=[part.pos], **pose)
+        elif part.kind == "mesh":
+            shape = rr.Mesh3D(
+                vertex_positions=part.vertices,
+                triangle_indices=part.faces,
+                vertex_normals=_normals(part),
+                albedo_factor=colour,
+            )
+        elif part.kind == "cylinder":
+            shape = rr.Cylinders3D(lengths=[2 * part.size[1]], radii=[part.size[0]], centers=[part.pos], **pose)
+        elif part.kind == "sphere":
+            shape = rr.Ellipsoids3D(radii=[part.size[0]], centers=[part.pos], colors=[colour], fill_mode="solid")
+        elif part.kind == "ellipsoid":
+            shape = rr.Ellipsoids3D(half_sizes=[part.size], centers=[part.pos], **pose)
+        else:
+            # Rerun's capsule begins at its origin and runs along z; MuJoCo's is centred.
+            start = part.pos - rot.rotate(part.quat, np.array([0.0, 0.0, part.size[1]]))
+            shape = rr.Capsules3D(lengths=[2 * part.size[1]], radii=[part.size[0]], translations=[start], **pose)
+        log.log(entity, shape, static=True)
+
+
+def _normals(part: Part) -> ndarray:
+    """Vertex normals: without them a mesh is drawn flat."""
+    vertices, faces = np.asarray(part.vertices), np.asarray(part.faces)
+    corner = vertices[faces]
+    face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normals = np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(normals, faces[:, k], face)
+    return rot.unit(normals)
+
+
+def move_robot(log: Log, root: str, robot: RobotModel, pos: ndarray, quat: ndarray, index: list[Any]) -> None:
+    """Where its bodies are, in every frame."""
+    import rerun as rr
+
+    for b, name in enumerate(robot.body_names):
+        log.send_columns(
+            f"{root}/{name}",
+            index,
+            rr.Transform3D.columns(
+                translation=pos[:, b].astype(np.float32), quaternion=rot.to_quat_xyzw(quat[:, b]).astype(np.float32)
+            ),
+        )
+
+
+def draw_soles(log: Log, robot: RobotModel, reference: Reference, index: list[Any], root: str = "world/robot") -> None:
+    """Half soles in the colour of their contact: green planted, orange pivoting, red sliding while planted."""
+    import rerun as rr
+
+    edges = sole_edges(robot, reference.body_pos_w, reference.body_quat_w)
+    speed = np.linalg.norm(np.diff(edges[..., :2], axis=0, prepend=edges[:1, :, :2]), axis=-1) * reference.fps
+    colours = np.full((reference.frames, 4, 4), _GREY, dtype=np.uint8)
+    colours[reference.contact == PLANTED] = _GREEN
+    colours[reference.contact == PIVOTING] = _ORANGE
+    colours[(reference.contact == PLANTED) & (speed > _SLIDING)] = _RED
+    for k, side in enumerate(FEET):
+        sole = robot.soles[side]
+        middle = 0.5 * sum(sole.x)
+        for e, (edge, x) in enumerate((("heel", (sole.x[0], middle)), ("toe", (middle, sole.x[1])))):
+            entity = f"{root}/{sole.body}/{edge}"
+            half = [0.5 * (x[1] - x[0]), 0.5 * (sole.y[1] - sole.y[0]), 0.006]
+            centre = [0.5 * sum(x), 0.5 * sum(sole.y), sole.z + 0.006]
+            log.log(entity, rr.Boxes3D.from_fields(half_sizes=[half], centers=[centre], fill_mode="solid"), static=True)
+            log.send_columns(entity, index, rr.Boxes3D.columns(colors=colours[:, 2 * k + e]))
+
+
+def draw_source(log: Log, source: HumanClip, start: int) -> None:
+    """The recorded figure at its own size, beside the robot."""
+    import rerun as rr
+
+    index = timelines(np.arange(start, start + source.frames), source.fps)
+    points = (source.positions + np.array([0.0, SIDE_M, 0.0])).astype(np.float32)
+    bones = [(p, k) for k, p in enumerate(source.parents) if p >= 0]
+    strips = points[:, np.array(bones)] if bones else points[:, :0].reshape(len(points), 0, 2, 3)
+    log.log("world/source", rr.LineStrips3D.from_fields(radii=[0.014], colors=[_SOURCE]), static=True)
+    log.send_columns(
+        "world/source",
+        index,
+        rr.LineStrips3D.columns(strips=strips.reshape(-1, 2, 3)).partition(np.full(len(points), len(bones))),
+    )
+
+
+def draw_targets(log: Log, result: Retargeted, start: int) -> None:
+    """The goals of the solver in the robot's size: pelvis, feet, and each limb from where it begins."""
+    import rerun as rr
+
+    t = result.targets
+    r, robot = result.reference, result.robot
+    at = {k: r.body_pos_w[r.dance, robot.landmark(k)] for k, _ in t.limbs}
+    ends = [at[start] + vector for (start, _), vector in t.limbs.items()]
+    goals = np.stack([t.pelvis_pos, *ends, t.feet.pos[:, 0], t.feet.pos[:, 1]], axis=1).astype(np.float32)
+    index = timelines(np.arange(start, start + len(goals)), t.fps)
+    log.log("world/targets", rr.Points3D.from_fields(radii=[0.022], colors=[_TARGET]), static=True)
+    columns = rr.Points3D.columns(positions=goals.reshape(-1, 3)).partition(np.full(len(goals), goals.shape[1]))
+    log.send_columns("world/targets", index, columns)
+
+
+def plot_curves(log: Log, root: str, series: Mapping[str, ndarray], index: list[Any]) -> None:
+    """Series by frame, (N,) or (N, k) with a line for each."""
+    import rerun as rr
+
+    for name, values in series.items():
+        table = values.reshape(len(values), -1)
+        names = [name] if table.shape[1] == 1 else [f"{s} {e}" for s in FEET for e in ("heel", "toe")]
+        entity = f"{root}/{slug(name)}"
+        log.log(entity, rr.SeriesLines(names=names, widths=[1.5] * len(names)), static=True)
+        log.send_columns(entity, index, rr.Scalars.columns(scalars=table.astype(np.float32)))
+
+
+def plot_learning(log: Log, curves: Mapping[str, tuple[ndarray, ndarray]]) -> None:
+    """Learning curves over million steps: bars, because a time series would follow the dance's clock."""
+    import rerun as rr
+
+    for name, (steps, values) in curves.items():
+        where = np.asarray(steps) / 1e6
+        width = 0.8 * float(np.diff(where).min()) if len(where) > 1 else 0.1
+        chart = rr.BarChart(values, abscissa=where, widths=np.full(len(where), width), color=_SOURCE)
+        log.log(f"plots/learning/{slug(name)}", chart, static=True)
+
+
+def markdown(text: str) -> Any:
+    """A document for the recording."""
+    import rerun as rr
+
+    return rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
+
+
+def report_text(report: Report, source: HumanClip) -> str:
+    """Gates, and what the reader found, as markdown."""
+    rows = [
+        f"| {'' if m.limit is None else 'ok' if m.passed else '**FAIL**'} | {m.name} | {m.value:.4g} {m.unit} | "
+        f"{'' if m.limit is None else f'{m.limit:.4g}'} |"
+        for m in report.metrics
+    ]
+    verdict = "All gates hold." if report.passed else "**Some gates fail.**"
+    findings = "\n".join(f"- {f}" for f in source.source.findings)
+    table = "\n".join(["| | measured | value | gate |", "|---|---|---|---|", *rows])
+    return f"# {source.source.file}\n{verdict}\n\n{table}\n\n## Recognised\n{source.source.dialect}\n\n{findings}\n"
+
+
+def line_view(name: str, origin: str) -> Callable[[Any], Any]:
+    """A plot view, made when the blueprint is."""
+
+    def make(rrb: Any) -> Any:
+        # A single curve is named by its view; a legend would only cover it.
+        legend = rrb.PlotLegend(visible=name.startswith("slide"))
+        return rrb.TimeSeriesView(name=name, origin=f"/{origin}", plot_legend=legend)
+
+    return make
+
+
+def bar_view(name: str, origin: str) -> Callable[[Any], Any]:
+    """A bar chart, made when the blueprint is."""
+    return lambda rrb: rrb.BarChartView(name=name, origin=f"/{origin}", plot_legend=rrb.PlotLegend(visible=False))
+
+
+def send_blueprint(
+    log: Log,
+    plots: Sequence[Callable[[Any], Any]],
+    eye: tuple[float, float, float] = (2.5, -0.7, 1.25),
+    look: tuple[float, float, float] = (0.0, 0.5, 0.72),
+) -> None:
+    """What is seen when the recording is opened, without a click."""
+    import rerun.blueprint as rrb
+
+    view = rrb.Spatial3DView(
+        name="dance",
+        origin="/world/follow",
+        contents=["/world/**"],
+        background=rrb.Background(color=(24, 27, 33)),
+        line_grid=rrb.LineGrid3D(visible=False),
+        eye_controls=rrb.EyeControls3D(kind=rrb.Eye3DKind.Orbital, position=eye, look_target=look, eye_up=(0, 0, 1)),
+    )
+    side = rrb.Vertical(
+        *[p(rrb) for p in plots],
+        rrb.TextDocumentView(name="report", origin="/report"),
+        row_shares=[*([2] * len(plots)), max(4, len(plots))],
+    )
+    log.send_blueprint(
+        rrb.Blueprint(
+            rrb.Horizontal(view, side, column_shares=[3, 2]),
+            rrb.TopPanel(state="hidden"),
+            rrb.BlueprintPanel(state="hidden"),
+            rrb.SelectionPanel(state="hidden"),
+            rrb.TimePanel(state="collapsed", timeline="seconds", play_state="playing", loop_mode="all"),
+            auto_views=False,
+            auto_layout=False,
+        ),
+        make_active=True,
+        make_default=True,
+    )
+
+
+def slug(name: str) -> str:
+    """A name as part of an entity's path."""
+    return "-".join("".join(c if c.isalnum() else " " for c in name.lower()).split())
