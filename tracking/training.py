@@ -124,10 +124,7 @@ def _prepare(folder: Path, resume: bool) -> None:
 def _wanted_kl(c: PpoConfig, run: Run) -> float:
     """The divergence that an update shall have: smaller as the run goes on, and as more of the last rollouts finished."""
     settled = c.first_kl * (c.settled_kl / c.first_kl) ** min(1.0, run.steps / c.settle_steps)
-    # Of several pieces the one that is learnt least: what the others know already must not stop it.
-    last = run.curves[-1]
-    least = min([share for name, share in last.items() if name.startswith("finished ")] or [last["finished"]])
-    return float(settled * (c.finishing_kl / c.settled_kl) ** least)
+    return float(settled * (c.finishing_kl / c.settled_kl) ** run.curves[-1]["finished"])
 
 
 def _judge(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig, board: TensorBoard) -> None:
