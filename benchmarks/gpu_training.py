@@ -14,6 +14,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ def main() -> None:
     print(f"{args.reference.name} on {robot.name}, {name or 'no CUDA device'}\n")
     print("| worlds | control steps/s | physics % | task % | learning % |\n|---|---|---|---|---|")
     for worlds in args.worlds:
-        steps, spent, took = measure(robot, reference, worlds)
+        steps, spent, took = measure(robot, reference, worlds, None if name else "cpu")
         shares = [100.0 * spent[part] / took for part in ("physics", "task")]
         print(
             f"| {worlds} | {steps / took:.0f} | {shares[0]:.0f} | {shares[1]:.0f} | {100.0 - sum(shares):.0f} |",
@@ -60,13 +61,15 @@ def cuda_device() -> str | None:
         return None
 
 
-def measure(robot: Any, reference: Any, worlds: int) -> tuple[int, dict[str, float], float]:
+def measure(robot: Any, reference: Any, worlds: int, device: str | None) -> tuple[int, dict[str, float], float]:
     """Control steps, seconds by part, seconds in all."""
     from tracking.ppo import Trainer
     from tracking.warp_batch import WarpBatch
 
     config = replace(TrainConfig(), envs=worlds)
-    task = TrackingTask(robot=robot, reference=reference, envs=worlds, config=config.task, engine=WarpBatch)
+    task = TrackingTask(
+        robot=robot, reference=reference, envs=worlds, config=config.task, engine=partial(WarpBatch, device=device)
+    )
     trainer = Trainer(task, config.ppo, seed=0)
     trainer.iterate(config.ppo.first_kl)
     spent: dict[str, float] = defaultdict(float)

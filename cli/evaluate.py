@@ -114,12 +114,22 @@ def run(args: Arguments) -> int:
 
 def _each(args: Arguments, folders: list[Path], engines: tuple[str, ...], console: Console) -> int:
     """One policy that dances several references: a row for each."""
+    from tracking import load_bundle, read_golden, replay
+    from tracking.bundle import GOLDEN, POLICY
+
     alone = {"--ref": args.ref, "--sweep": args.sweep, "--recording": args.recording, "--picture": args.picture}
     if any(alone.values()):
         raise TrackingError(
             ", ".join(name for name, given in alone.items() if given), found=f"a run of {len(folders)} dances",
             expected="the bundle of one of them", cure=f"name it, as {folders[0]}",
         )  # fmt: skip
+    if len({(folder / POLICY).read_bytes() for folder in folders}) > 1:
+        raise TrackingError(
+            str(args.bundle), found=f"{len(folders)} bundles of different policies", expected="one policy's",
+            cure=f"name one, as {folders[0]}",
+        )  # fmt: skip
+    for folder in folders:
+        replay(load_bundle(folder, robot=args.robot).runner, read_golden(folder / GOLDEN))
     results = {folder.name: _evaluate(args, folder, engines) for folder in folders}
     table = Table(box=None, pad_edge=False, header_style="bold", title="finished %, survived s, body error mm")
     for column in ("", "s", *engines):

@@ -10,10 +10,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from cli.terminal import BELOW_GATE, DONE, Out, command, progress
+from cli.terminal import BELOW_GATE, DONE, REFUSED, Out, command, progress
 from clips import load_reference
 from clips.files import write_whole
-from robot_models import RobotModel, load_robot
+from robot_models import DanceError, RobotModel, load_robot
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
 
@@ -46,7 +46,7 @@ class Arguments:
     ref: tuple[Path, ...]
     """The reference (.npz) that dance-retarget wrote; or several of one robot, or a folder of them, for one policy."""
     robot: str | None = None
-    """Path of the robot's profile, where it is not a built-in one."""
+    """Its robot, where the reference's is not a built-in one (path of a profile), or a folder has several robots'."""
     out: Out = None
     """Folder of the run, which is the bundle; of several references each has its bundle inside. Default:
     runs/<reference>."""
@@ -98,7 +98,9 @@ def run(args: Arguments) -> int:
                 console.print(f"\n{piece.name}", markup=False)
             codes.append(_check(console, check_reference(piece.reference, robot, threads=args.threads)))
         return max(codes)
-    folder = args.out or Path("runs") / (args.ref[0].stem if len(args.ref) == 1 else f"{len(pieces)}_references")
+    first = args.ref[0].resolve()
+    name = first.name if first.is_dir() else first.stem
+    folder = args.out or Path("runs") / (name if len(args.ref) == 1 else f"{len(pieces)}_references")
     for piece in pieces:
         if piece.reference.joint_torque is None:
             console.print(
@@ -107,11 +109,16 @@ def run(args: Arguments) -> int:
             )
         console.print(f"{piece.name}: {piece.reference.duration_s:.1f} s for {robot.name}", markup=False)
     console.print(f"run in {folder}", markup=False)
-    with progress("steps") as tell:
-        result = train(
-            robot, pieces, folder, _config(args), resume=args.resume,
-            progress=None if follows else lambda done, total, note: tell("train", done, total, note),
-        )  # fmt: skip
+    try:
+        with progress("steps") as tell:
+            result = train(
+                robot, pieces, folder, _config(args), resume=args.resume,
+                progress=None if follows else lambda done, total, note: tell("train", done, total, note),
+            )  # fmt: skip
+    except RuntimeError:
+        if follows:  # the leader is gone, and has said why
+            return REFUSED
+        raise
     if follows:
         return DONE
     for piece, file in zip(pieces, files, strict=True):
@@ -124,23 +131,34 @@ def run(args: Arguments) -> int:
 
 
 def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], list[Piece]]:
-    """The references and their files; those of a folder that missed a gate are left out, and told."""
+    """The references and their files; what a folder has besides, of other robots or below a gate, is left out and told."""
     from tracking.reference_check import failed_gates
     from tracking.repertoire import read_pieces
 
     files = [f for path in args.ref for f in (sorted(path.glob("*.npz")) if path.is_dir() else [path])]
-    if not files:
+    robots = {file: _robot_of(file, named=file in args.ref) for file in files}
+    found = sorted({name for name in robots.values() if name})
+    if not found:
         raise TrackingError(
             f"--ref {' '.join(map(str, args.ref))}",
             found="no reference",
             expected="files (.npz) that dance-retarget wrote",
         )
-    robot = load_robot(args.robot or load_reference(files[0]).robot)
-    pieces, kept = read_pieces(files, robot), []
-    for file, piece in zip(files, pieces, strict=True):
+    if len(found) > 1 and args.robot is None:
+        raise TrackingError(
+            f"--ref {args.ref[0]}", found=f"references of {', '.join(found)}", expected="one robot's", cure="name it",
+            option="robot", suggestion=found[0],
+        )  # fmt: skip
+    robot = load_robot(args.robot or found[0])
+    kept = []
+    for file in files:
+        if robots[file] != robot.name and file not in args.ref:
+            console.print(f"[yellow]left out[/] {file.name}: {robots[file] or 'no reference'}, not {robot.name}")
+            continue
+        (piece,) = read_pieces([file], robot)
         missed = failed_gates(piece.reference)
         if not missed or args.anyway or args.check_ref:
-            kept.append((file, piece))
+            kept.append(file)
         elif file in args.ref:
             raise TrackingError(
                 str(file), found=f"gates that failed: {', '.join(missed)}", expected="a reference inside its gates",
@@ -150,10 +168,20 @@ def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], 
             console.print(f"[yellow]left out[/] {file.name}: gates that failed: {', '.join(missed)}")
     if not kept:
         raise TrackingError(
-            f"--ref {args.ref[0]}", found="no reference inside its gates", expected="one at least", option="anyway",
-            suggestion=" ",
+            f"--ref {args.ref[0]}", found=f"no reference of {robot.name} inside its gates", expected="one at least",
+            option="anyway", suggestion=" ",
         )  # fmt: skip
-    return robot, [file for file, _ in kept], [piece for _, piece in kept]
+    return robot, kept, read_pieces(kept, robot)
+
+
+def _robot_of(file: Path, *, named: bool) -> str:
+    """The robot of a reference; empty for a file that is none, which is refused where it was named."""
+    try:
+        return load_reference(file).robot
+    except DanceError:
+        if named:
+            raise
+        return ""
 
 
 def _check(console: Console, found: ReferenceCheck) -> int:
@@ -217,7 +245,8 @@ def _summary(console: Console, result: Run) -> int:
     duration = np.mean([e.duration_s for e in result.evaluations.values()]) if result.evaluations else float("nan")
     console.print(
         f"survives {first['survived_s']:.2f} s -> [bold]{last['survived_s']:.2f} s[/] of {duration:.2f} s; "
-        f"{100 * last['finished']:.0f} % of rollouts finish; body error {last['body_error_mm']:.0f} mm"
+        f"{100 * last['finished']:.0f} % of rollouts finish{'' if len(result.evaluations) < 2 else ' the dance learnt least'}; "
+        f"body error {last['body_error_mm']:.0f} mm"
     )
     if len(result.evaluations) > 1:
         for name, e in sorted(result.evaluations.items(), key=lambda pair: pair[1].finished):

@@ -18,6 +18,7 @@ from retarget.errors import RetargetError
 
 _RETRIES = 2  # of a job whose process or node died
 _PATIENCE = 5.0  # for a cluster's first word [s]
+_LOOK_AGAIN = 60.0  # whether the cluster still has cores [s]
 _AHEAD = 4  # jobs handed out per core of the cluster: enough to keep it busy, few enough to keep the books small
 
 
@@ -42,7 +43,10 @@ def run_on_ray(jobs: Sequence[Job], config: BatchConfig, address: str) -> Iterat
             while waiting and len(at_work) < _AHEAD * max(1.0, ray.cluster_resources().get("CPU", 0.0)):
                 job = waiting.pop()
                 at_work[work.remote(job, config, str(Path.cwd()))] = job
-            for done in ray.wait(list(at_work))[0]:
+            finished, _ = ray.wait(list(at_work), timeout=_LOOK_AGAIN)
+            if not finished and not ray.cluster_resources().get("CPU"):
+                raise _without_cores(address)
+            for done in finished:
                 job = at_work.pop(done)
                 try:
                     yield ray.get(done)
@@ -90,6 +94,8 @@ def _check_nodes(ray: Any, job: Job) -> None:
                 place = NodeAffinitySchedulingStrategy(node["NodeID"], soft=False)
                 ask = ray.remote(num_cpus=0, scheduling_strategy=place)(_seen)
                 asked[ask.remote(job, Path(token.name), str(Path.cwd()))] = node["NodeManagerAddress"]
+        if not asked:
+            raise _without_cores("auto" if not ray.nodes() else ray.nodes()[0]["NodeManagerAddress"])
         for answer, name in asked.items():
             try:
                 theirs = ray.get(answer)
@@ -109,6 +115,12 @@ def _check_nodes(ray: Any, job: Job) -> None:
                         f"Ray node {name}", found=f"{package} {theirs['versions'][package]}", expected=ours,
                         cure="install the same environment on every node",
                     )  # fmt: skip
+
+
+def _without_cores(address: str) -> RetargetError:
+    return RetargetError(
+        f"Ray cluster at {address}", found="no node with a core", expected="one at least", cure="let workers join first"
+    )
 
 
 def _seen(job: Job, token: Path, folder: str) -> dict[str, Any]:

@@ -29,6 +29,9 @@ def main() -> int:
     env = make_env(args.motion)
     command = env.command_manager.get_term("motion")
     frames = range(1, command.motion.time_step_total - 2, args.every)
+    if not frames:
+        print(f"refused: {args.motion}: found {command.motion.time_step_total} frames, expected at least 4")
+        return 2
     largest = sum(term.weight for name, term in env.cfg.rewards.items() if name.startswith("motion_"))
     placed, stepped = [], []
     for frame in frames:

@@ -35,15 +35,15 @@ def draw_robots(
     base, joints = training_model(robot, physics_dt), len(robot.joint_names)
     if not config.enabled:
         return Robots(models=[base] * count, encoder_bias=np.zeros((count, joints)), delay=np.zeros(count))
-    models = [_drawn(base, robot, config, rng) for _ in range(count)]
-    for model in models if config.torque_speed else ():
-        knee, no_load = rng.uniform(*config.knee), rng.uniform(*config.no_load)
-        limit_torque_by_speed(model, knee * robot.velocity, no_load * robot.velocity)
-    return Robots(
-        models=models,
+    drawn = Robots(
+        models=[_drawn(base, robot, config, rng) for _ in range(count)],
         encoder_bias=rng.uniform(-config.encoder_bias, config.encoder_bias, size=(count, joints)),
         delay=rng.uniform(*config.delay, size=count),
     )
+    for model in drawn.models if config.torque_speed else ():
+        knee, no_load = rng.uniform(*config.knee), rng.uniform(*config.no_load)
+        limit_torque_by_speed(model, knee * robot.velocity, no_load * robot.velocity)
+    return drawn
 
 
 def _drawn(

@@ -82,7 +82,8 @@ class Team:
 
 def started_by_torchrun() -> tuple[bool, bool]:
     """Whether this process is one of several, and whether it follows another."""
-    return int(os.environ.get("WORLD_SIZE", "1")) > 1, int(os.environ.get("RANK", "0")) > 0
+    several = int(os.environ.get("WORLD_SIZE", "1")) > 1
+    return several, several and int(os.environ.get("RANK", "0")) > 0
 
 
 def join_team() -> Team:

@@ -95,7 +95,8 @@ def train(
                 progress(run.steps, config.steps, _line(run, result))
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
                 _judge(run, trainer, pieces, config, board)
-            run.stopped, told_to = team.told((signals.came or _reason_to_stop(run, config), signals.came))
+            told_to = next(filter(None, team.gathered(signals.came)), "")  # any process may be told
+            run.stopped = team.told(told_to or _reason_to_stop(run, config))
         # A run that is told to stop has little time: it saves, and is judged when it is resumed.
         if run.curves[-1]["steps"] != run.steps and not told_to:
             _judge(run, trainer, pieces, config, board)
@@ -133,7 +134,9 @@ def _judge(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainCon
     if trainer.team.leads:
         run.evaluations = _evaluated(trainer, pieces, config)
         row = {"steps": float(run.steps), "minutes": run.seconds / 60.0}
-        for name in ("finished", "survived_s", "body_error_mm", "global_error_mm"):
+        # Of several dances the one that is finished least often: a run is over when it is.
+        row["finished"] = min(e.finished for e in run.evaluations.values())
+        for name in ("survived_s", "body_error_mm", "global_error_mm"):
             row[name] = float(np.mean([getattr(e, name) for e in run.evaluations.values()]))
         if len(pieces) > 1:
             row |= {f"finished {name}": e.finished for name, e in run.evaluations.items()}

@@ -1,12 +1,13 @@
 """MuJoCo-Warp: MuJoCo's physics on a CUDA device, thousands of worlds at once; on the CPU for tests, where it is slow.
 
 One graph per control period: states and targets go up, the steps run, states come down. The arithmetic is single
-precision: a second of dancing stays within two micrometres of MuJoCo's.
+precision: a second of dancing stays within a few micrometres of MuJoCo's.
 """
 
 from __future__ import annotations
 
 import copy
+import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -33,10 +34,10 @@ class WarpBatch(PhysicsBatch):
         control_dt: control period [s].
         delay: as in `PhysicsBatch`.
         threads: not used.
-        device: `cuda:0`, `cpu`, ...; by default the first CUDA device, or the CPU where there is none.
+        device: `cuda:0`, `cpu`, ...; by default a CUDA device, each process of a team its own.
 
     Raises:
-        TrackingError: MuJoCo-Warp is not installed.
+        TrackingError: MuJoCo-Warp is not installed, or there is no CUDA device and none was named.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class WarpBatch(PhysicsBatch):
         del threads
         super().__init__(models, control_dt=control_dt, physics_dt=models[0].opt.timestep, delay=delay)
         self._wp, self._mjw = _warp()
-        self.device = self._wp.get_device(device)
+        self.device = self._wp.get_device(device or _cuda(self._wp))
         base, n = copy.copy(self.models[0]), self.count
         base.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)  # here nothing is ever reset
         soles = int(((base.geom_contype | base.geom_conaffinity) > 0).sum())
@@ -78,6 +79,8 @@ class WarpBatch(PhysicsBatch):
         return capture.graph
 
     def _simulate(self) -> None:
+        # As in MuJoCo's rollouts: a period depends on its state alone, so that a resumed run goes on as it would have.
+        self._data.qacc_warmstart.zero_()
         for step in range(self.substeps):
             self._wp.copy(self._data.ctrl, self._asked[step])
             self._mjw.step(self._model, self._data)
@@ -99,6 +102,16 @@ class WarpBatch(PhysicsBatch):
                 "MuJoCo-Warp", found=f"contacts or constraints that did not fit in {lost} worlds", expected="room for all",
                 cure="this is a fault of tracking/warp_batch.py: its count of rows is too small for this robot",
             )  # fmt: skip
+
+
+def _cuda(warp: Any) -> str:
+    count = warp.get_cuda_device_count()
+    if not count:
+        raise TrackingError(
+            "--engine warp", found="no CUDA device", expected="one", cure="train on the processor",
+            option="engine", suggestion="mujoco",
+        )  # fmt: skip
+    return f"cuda:{int(os.environ.get('LOCAL_RANK', '0')) % count}"
 
 
 def _warp() -> tuple[Any, Any]:

@@ -79,4 +79,7 @@ def test_every_robot_draws_an_envelope_of_its_own_and_nothing_else_changes(robot
     assert (no_load >= 1.05).all() and (no_load <= 1.15).all()
     for a, b in zip(with_it.models, without.models, strict=True):
         np.testing.assert_allclose(servo_gains(a), servo_gains(b))
-        np.testing.assert_array_equal(a.body_mass, b.body_mass)
+        for name in ("body_mass", "geom_friction", "body_ipos"):
+            np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+    np.testing.assert_array_equal(with_it.encoder_bias, without.encoder_bias)
+    np.testing.assert_array_equal(with_it.delay, without.delay)

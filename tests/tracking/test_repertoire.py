@@ -115,6 +115,11 @@ def test_one_network_and_a_bundle_for_each(pieces, files, tmp_path):
     assert main([str(tmp_path / "r"), "--rollouts", "2", "--json", str(tmp_path / "r.json")]) == 1
     assert set(json.loads((tmp_path / "r.json").read_text())) == {"long", "short"}
     assert main([str(tmp_path / "r"), "--sweep"]) == 2
+    spoilt = tmp_path / "r" / "short" / POLICY
+    network = spoilt.read_bytes()
+    spoilt.write_bytes(network + b" ")
+    assert main([str(tmp_path / "r")]) == 2  # two policies are no one policy
+    spoilt.write_bytes(network)
     with pytest.raises(TrackingError, match="resume"):
         train(load_robot("dancer"), pieces[:1], tmp_path / "r", config, resume=True)
 
@@ -130,9 +135,18 @@ def test_the_command_leaves_out_what_missed_a_gate_in_a_folder_and_refuses_it_by
     folder.mkdir()
     save_reference(dataclasses.replace(bad, meta=bad.meta | {"report": report}), folder / "bad.npz")
     (folder / "long.npz").write_bytes(files[0].read_bytes())
+    other = retarget(
+        cut(read_clip(files[0]), 3.0, 4.5), load_robot("g1"), RetargetConfig(lead_in_s=0.3, lead_out_s=0.3)
+    )
+    save_reference(other.reference, folder / "other.npz")
+    np.savez(folder / "junk.npz", a=np.zeros(3))
     budget = ["--steps", "64", "--envs", "8", "--no-recording", "-o", str(tmp_path / "run")]
-    assert main(["--ref", str(folder), *budget]) == 1
+    assert main(["--ref", str(folder), *budget]) == 2
+    assert "references of dancer, g1" in capsys.readouterr().err
+    assert main(["--ref", str(folder), "--robot", "dancer", *budget]) == 1
     said = capsys.readouterr().out
-    assert "left out bad.npz" in said and (tmp_path / "run" / "reference.npz").exists()
+    for name, why in (("bad", "gates that failed"), ("other", "g1, not dancer"), ("junk", "no reference")):
+        assert f"left out {name}.npz: {why}" in said
+    assert (tmp_path / "run" / "reference.npz").exists()
     assert main(["--ref", str(folder / "bad.npz"), str(files[0]), *budget]) == 2
     assert "bad.npz" in capsys.readouterr().err

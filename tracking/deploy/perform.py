@@ -113,7 +113,7 @@ def _first_state(wire: Wire) -> State:
 
 
 class _Outlet:
-    """The one way out: loop and watchdog never write at once, and after a trip only damping passes."""
+    """The one way out: loop and watchdog take turns, and after a trip only damping passes."""
 
     def __init__(self, controller: Controller, wire: Wire | None) -> None:
         self._controller, self._wire, self._lock = controller, wire, threading.Lock()
@@ -122,8 +122,12 @@ class _Outlet:
         """Send, unless nothing is to be sent."""
         if self._wire is None:
             return
-        with self._lock:
+        free = self._lock.acquire(timeout=_HANGING)  # a write that hangs must not hold back the watchdog's damping
+        try:
             self._wire.write(self._controller.damping() if self._controller.guard.tripped else command)
+        finally:
+            if free:
+                self._lock.release()
 
 
 def _watchdog(alive: list[float], controller: Controller, outlet: _Outlet) -> threading.Event:
