@@ -48,8 +48,8 @@ CONDITIONS: dict[str, tuple[RandomisationConfig, ObservationNoise]] = {
     **{f"friction {mu}": (_at("friction", mu), _NOISE) for mu in (0.3, 0.5, 0.8, 1.2)},
     **{f"mass {factor}": (_at("mass", factor), _NOISE) for factor in (0.8, 1.2)},
     "torque over speed as trained": (replace(NOMINAL, torque_speed=True), _NOISE),
-    "motors two thirds as fast": (
-        replace(NOMINAL, torque_speed=True, knee=(0.5, 0.5), no_load=(0.75, 0.75)),
+    "motors a third as fast": (
+        replace(NOMINAL, torque_speed=True, knee=(0.25, 0.25), no_load=(0.37, 0.37)),
         _NOISE,
     ),
     "pushes as trained": (_pushed(1.0), _NOISE),
