@@ -63,9 +63,9 @@ class Arguments:
     engine: Literal["mujoco", "warp"] = "mujoco"
     """Physics of the training: MuJoCo on the processor's cores, or MuJoCo-Warp on a CUDA device (extra gpu)."""
     target: float = TrainConfig.target
-    """Stop early when this share of evaluation rollouts finishes, twice in a row."""
+    """Stop early when this share of evaluation rollouts finishes (of several dances in each), twice in a row."""
     randomisation: bool = True
-    """Draw friction, mass, gains and encoder biases anew for every environment."""
+    """Give every environment a robot of its own (friction, masses, gains, motors, biases, delays) and pushes."""
     resume: bool = False
     """Go on from the run's checkpoint."""
     recording: bool = True
