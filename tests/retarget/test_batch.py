@@ -5,6 +5,7 @@ import os
 import signal
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -105,25 +106,28 @@ def test_a_killed_process_loses_nothing_and_doubles_nothing(folder, tmp_path):
     clips = [folder / "a.bvh", folder / "b.bvh", folder / "cut.bvh"]
     jobs = jobs_for(clips, ["dancer", "g1"], tmp_path)
 
+    killed = []
+
     def kill_a_child():
-        deadline = time.monotonic() + 30
-        while time.monotonic() < deadline:
-            children = [
-                int(p.name) for p in __import__("pathlib").Path("/proc").glob("[0-9]*")
-                if (p / "stat").exists() and (p / "stat").read_text().rsplit(")", 1)[1].split()[1] == str(os.getpid())
-                and b"spawn_main" in (p / "cmdline").read_bytes()
-            ]  # fmt: skip
-            if children:
-                time.sleep(1.5)
-                os.kill(children[0], signal.SIGKILL)
-                return
-            time.sleep(0.05)
+        """One of the pool's, once the first reference is there and the others are in the making."""
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not any(tmp_path.glob("*.npz")):
+            time.sleep(0.01)
+        for process in Path("/proc").glob("[0-9]*"):
+            try:
+                parent = (process / "stat").read_text().rsplit(")", 1)[1].split()[1]
+                if parent == str(os.getpid()) and b"spawn_main" in (process / "cmdline").read_bytes():
+                    os.kill(int(process.name), signal.SIGKILL)
+                    killed.append(process.name)
+                    return
+            except OSError:  # it ended in between
+                continue
 
     killer = threading.Thread(target=kill_a_child)
     killer.start()
     outcomes = list(run_batch(jobs, QUICK, 2))
     killer.join()
-    assert len(outcomes) == len(jobs) == len({(o.clip, o.robot) for o in outcomes})
+    assert killed and len(outcomes) == len(jobs) == len({(o.clip, o.robot) for o in outcomes})
     assert sum(o.verdict == "exclude" for o in outcomes) == 2  # the clip that is cut off, on both robots
     for job in jobs[:4]:
         load_reference(job.out, load_robot(job.robot))
