@@ -34,7 +34,7 @@ def test_torch_stays_in_tracking_and_rerun_in_one_module():
         for path in (ROOT / floor).rglob("*.py"):
             names = imported(path)
             assert "torch" not in names or floor == "tracking" or path.name == "torch_motion.py", path
-            assert "rerun" not in names or path.name == "show.py", path
+            assert "rerun" not in names or path.name == "scene.py", path
 
 
 @pytest.mark.parametrize("floor", ["robot_models", "clips", "retarget"])
