@@ -11,7 +11,6 @@ from rich.console import Console
 from rich.table import Table
 
 from cli.terminal import BELOW_GATE, DONE, REFUSED, Out, command, progress
-from clips import load_reference
 from clips.files import write_whole
 from robot_models import DanceError, RobotModel, load_robot
 from tracking.config import TrainConfig
@@ -133,33 +132,33 @@ def run(args: Arguments) -> int:
 def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], list[Piece]]:
     """The references and their files; what a folder has besides, of other robots or below a gate, is left out and told."""
     from tracking.reference_check import failed_gates
-    from tracking.repertoire import read_pieces
+    from tracking.repertoire import check_together
 
     files = [f for path in args.ref for f in (sorted(path.glob("*.npz")) if path.is_dir() else [path])]
-    robots = {file: _robot_of(file, named=file in args.ref) for file in files}
-    found = sorted({name for name in robots.values() if name})
+    pieces = {file: _piece(file, named=file in args.ref) for file in files}
+    robots = {file: piece.reference.robot for file, piece in pieces.items() if piece}
+    found = sorted(set(robots.values()))
     if not found:
         raise TrackingError(
-            f"--ref {' '.join(map(str, args.ref))}",
-            found="no reference",
+            f"--ref {' '.join(map(str, args.ref))}", found="no reference",
             expected="files (.npz) that dance-retarget wrote",
-        )
+        )  # fmt: skip
     if len(found) > 1 and args.robot is None:
         raise TrackingError(
             f"--ref {args.ref[0]}", found=f"references of {', '.join(found)}", expected="one robot's", cure="name it",
             option="robot", suggestion=found[0],
         )  # fmt: skip
     robot = load_robot(args.robot or found[0])
-    kept = []
-    for file in files:
-        if robots[file] != robot.name and file not in args.ref:
-            console.print(f"[yellow]left out[/] {file.name}: {robots[file] or 'no reference'}, not {robot.name}")
+    kept = {}
+    for file, piece in pieces.items():
+        named = file in args.ref
+        if piece is None or (piece.reference.robot != robot.name and not named):
+            console.print(f"[yellow]left out[/] {file.name}: {robots.get(file, 'no reference')}, not {robot.name}")
             continue
-        (piece,) = read_pieces([file], robot)
         missed = failed_gates(piece.reference)
         if not missed or args.anyway or args.check_ref:
-            kept.append(file)
-        elif file in args.ref:
+            kept[file] = piece
+        elif named:
             raise TrackingError(
                 str(file), found=f"gates that failed: {', '.join(missed)}", expected="a reference inside its gates",
                 cure="cut the clip or choose another robot", option="anyway", suggestion=" ",
@@ -171,17 +170,20 @@ def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], 
             f"--ref {args.ref[0]}", found=f"no reference of {robot.name} inside its gates", expected="one at least",
             option="anyway", suggestion=" ",
         )  # fmt: skip
-    return robot, kept, read_pieces(kept, robot)
+    check_together(list(kept.values()), robot)
+    return robot, list(kept), list(kept.values())
 
 
-def _robot_of(file: Path, *, named: bool) -> str:
-    """The robot of a reference; empty for a file that is none, which is refused where it was named."""
+def _piece(file: Path, *, named: bool) -> Piece | None:
+    """A reference; None for a file that is none, which is refused where it was named."""
+    from tracking.repertoire import read_piece
+
     try:
-        return load_reference(file).robot
+        return read_piece(file)
     except DanceError:
         if named:
             raise
-        return ""
+        return None
 
 
 def _check(console: Console, found: ReferenceCheck) -> int:

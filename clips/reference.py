@@ -190,7 +190,7 @@ def load_reference(path: Path, robot: RobotModel | None = None) -> Reference:
         joint_torque=data.get("joint_torque"),
     )
     if robot is not None:
-        _check_against(reference, robot, where)
+        check_reference_against(reference, robot, where)
     return reference
 
 
@@ -213,7 +213,12 @@ def _read_arrays(path: Path) -> dict[str, ndarray]:
         raise ReferenceFileError(str(path), found=f"a file that is no npz archive ({e})", expected="a reference") from e
 
 
-def _check_against(reference: Reference, robot: RobotModel, where: str) -> None:
+def check_reference_against(reference: Reference, robot: RobotModel, where: str) -> None:
+    """Hold a reference against a robot's names, hash and forward kinematics; `where` is for the message.
+
+    Raises:
+        ReferenceFileError: they contradict each other.
+    """
     if reference.joint_names != robot.joint_names or reference.body_names != robot.body_names:
         odd = [
             n

@@ -35,7 +35,7 @@ def run_on_ray(jobs: Sequence[Job], config: BatchConfig, address: str) -> Iterat
     """
     ray = _connected(address, jobs[0].out.parent)
     try:
-        _check_nodes(ray, jobs[0])
+        _check_nodes(ray, jobs[0], address)
         work = ray.remote(num_cpus=1, max_retries=_RETRIES)(_work)
         waiting = list(reversed(jobs))
         at_work: dict[Any, Job] = {}
@@ -84,7 +84,7 @@ def _connected(address: str, results: Path) -> Any:
     return ray
 
 
-def _check_nodes(ray: Any, job: Job) -> None:
+def _check_nodes(ray: Any, job: Job, address: str) -> None:
     from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
     with tempfile.NamedTemporaryFile(dir=job.out.parent, prefix=".seen-by-all-", suffix=".tmp") as token:
@@ -95,7 +95,7 @@ def _check_nodes(ray: Any, job: Job) -> None:
                 ask = ray.remote(num_cpus=0, scheduling_strategy=place)(_seen)
                 asked[ask.remote(job, Path(token.name), str(Path.cwd()))] = node["NodeManagerAddress"]
         if not asked:
-            raise _without_cores("auto" if not ray.nodes() else ray.nodes()[0]["NodeManagerAddress"])
+            raise _without_cores(address)
         for answer, name in asked.items():
             try:
                 theirs = ray.get(answer)

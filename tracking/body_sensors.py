@@ -66,7 +66,7 @@ class BodySensors:
 
     def _into(self, out: ndarray, state: ndarray) -> None:
         n = len(state)
-        # Unchecked: the library's checks cost a tenth of the reading.
+        # Unchecked: the library's checks of arrays that are ours cost 0.7 ms a call for 256 robots.
         self._rollout.rollout(
             self._models[:n], self._data, np.ascontiguousarray(state, dtype=float), nstep=1, state=self._next[:n],
             sensordata=out, skip_checks=True,

@@ -73,7 +73,7 @@ class MujocoBatch(PhysicsBatch):
             nstep=self.substeps,
             state=self._out,
             sensordata=self._sensors,
-            skip_checks=True,  # the library's checks are a twentieth of a step of 256 robots
+            skip_checks=True,  # they cost 0.7 ms a call for 256 robots, on arrays that are ours
         )
         self.state[:] = self._out[:, -1]
 

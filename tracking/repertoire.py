@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 
 from clips import Reference, load_reference
+from clips.reference import check_reference_against
 from robot_models import RobotModel
 from tracking.errors import TrackingError
 
@@ -31,24 +32,38 @@ class Piece:
         return 0.5 if told.get("value", 0.0) > _TOO_HARD else 1.0
 
 
-def read_pieces(paths: Sequence[Path], robot: RobotModel) -> list[Piece]:
-    """References from files, each named after its file.
+def read_piece(path: Path) -> Piece:
+    """A reference from a file, named after it.
 
     Raises:
-        ClipError, TrackingError: a file is no reference of this robot, or two have one name or different rates.
+        ReferenceFileError: the file is no reference.
     """
-    pieces = [
-        Piece(name=p.stem, reference=load_reference(p, robot), sha256=hashlib.sha256(p.read_bytes()).hexdigest())
-        for p in paths
-    ]
-    for other, path in zip(pieces[1:], paths[1:], strict=True):
-        if [p.name for p in pieces].count(other.name) > 1:
-            raise TrackingError(str(path), found=f"a second {other.name}", expected="files of different names")
-        if other.reference.fps != pieces[0].reference.fps:
+    return Piece(name=path.stem, reference=load_reference(path), sha256=hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+def check_together(pieces: Sequence[Piece], robot: RobotModel) -> None:
+    """Refuse what one network of this robot cannot learn.
+
+    Raises:
+        ReferenceFileError, TrackingError: another robot's reference, two of one name, or different rates.
+    """
+    for piece in pieces:
+        check_reference_against(piece.reference, robot, f"reference {piece.name}")
+        if [p.name for p in pieces].count(piece.name) > 1:
             raise TrackingError(
-                str(path), found=f"{other.reference.fps:g} frames/s", cure="retarget it again with --out-fps",
-                expected=f"{pieces[0].reference.fps:g}, as {paths[0]}: one network acts at one rate",
+                f"reference {piece.name}", found="a second one of that name", expected="files of different names"
+            )
+        if piece.reference.fps != pieces[0].reference.fps:
+            raise TrackingError(
+                f"reference {piece.name}", found=f"{piece.reference.fps:g} frames/s", cure="retarget it again with --out-fps",
+                expected=f"{pieces[0].reference.fps:g}, as {pieces[0].name}: one network acts at one rate",
             )  # fmt: skip
+
+
+def read_pieces(paths: Sequence[Path], robot: RobotModel) -> list[Piece]:
+    """References of one robot from files; raises as the two above."""
+    pieces = [read_piece(p) for p in paths]
+    check_together(pieces, robot)
     return pieces
 
 

@@ -78,7 +78,7 @@ def test_names_rates_and_hashes(files, pieces, tmp_path):
     assert bundle_folder(tmp_path, pieces[0], pieces[:1]) == tmp_path
     assert bundle_folder(tmp_path, pieces[0], pieces) == tmp_path / "long"
     (tmp_path / "short.npz").write_bytes(files[0].read_bytes())
-    with pytest.raises(TrackingError, match="a second short"):
+    with pytest.raises(TrackingError, match="reference short: found a second"):
         read_pieces([files[1], tmp_path / "short.npz"], robot)
     slow = retarget(cut(read_clip(files[0]), 3.0, 4.5), robot, RetargetConfig(fps=30.0, dynamics=False))
     save_reference(slow.reference, tmp_path / "slow.npz")
