@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import HumanClip
+from clips.runs import nearest
 from robot_models import rotation as rot
 
 
@@ -51,11 +52,10 @@ def _foot_left(clip: HumanClip, side: str, along: Float[ndarray, "T 3"]) -> Floa
     """A hint to the foot's left: across shin and foot; where they are in line, as on pointed toes, the last good one."""
     shin = rot.unit(clip.point(f"{side}_knee") - clip.point(f"{side}_ankle"))
     left = rot.cross(shin, rot.unit(along))
-    good = np.flatnonzero(np.linalg.norm(left, axis=1) > 0.3)
-    if len(good) == 0:
+    good = np.linalg.norm(left, axis=1) > 0.3
+    if not good.any():
         return clip.point("left_hip") - clip.point("right_hip")
-    nearest = np.abs(np.arange(len(left))[:, None] - good[None]).argmin(axis=1)
-    return np.asarray(left[good[nearest]])
+    return np.asarray(left[nearest(good)])
 
 
 def foot_direction(clip: HumanClip, side: str) -> Float[ndarray, "T 3"]:

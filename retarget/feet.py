@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import FREE, HumanClip
-from clips.runs import runs_of
+from clips.runs import away_from, runs_of
 from retarget.body import foot_frames
 from retarget.contacts import Contacts
 from robot_models import FEET, RobotModel, Sole
@@ -58,10 +58,9 @@ def edge_share(feet: FootTargets, fps: float) -> Float[ndarray, "T 4"]:
     """Per edge 1 while it touches, falling smoothly to 0 when it does not: how firmly the solver shall hold it."""
     share = np.zeros(feet.contact.shape)
     for k in range(4):
-        held = np.flatnonzero(feet.contact[:, k] != FREE)
-        if len(held):
-            away = np.abs(np.arange(len(share))[:, None] - held[None]).min(axis=1)
-            share[:, k] = 1.0 - smoothstep(away / (_EASE_S * fps + 1.0))
+        held = feet.contact[:, k] != FREE
+        if held.any():
+            share[:, k] = 1.0 - smoothstep(away_from(held) / (_EASE_S * fps + 1.0))
     return share
 
 
@@ -131,9 +130,7 @@ def _ramp_from(flat: ndarray, fps: float) -> ndarray:
     """0 in flat frames, rising smoothly to 1 with the distance from them; 1 all along without any."""
     if not flat.any():
         return np.ones(len(flat))
-    frames = np.arange(len(flat))
-    near = np.abs(frames[:, None] - np.flatnonzero(flat)[None]).min(axis=1)
-    return smoothstep(near / max(1.0, _RAMP_S * fps))
+    return smoothstep(away_from(flat) / max(1.0, _RAMP_S * fps))
 
 
 def _spread(difference: ndarray, locked: ndarray, fps: float) -> ndarray:
@@ -167,9 +164,7 @@ def _eased_off(
         base_pos[a:b] = locked_pos[before] + s[:, None] * (locked_pos[after] - locked_pos[before])
         first, last = (np.broadcast_to(locked_quat[t], (b - a, 4)) for t in (before, after))
         base_quat[a:b] = rot.slerp(first, last, s)
-    held = np.flatnonzero(locked)
-    away = np.abs(np.arange(len(pos))[:, None] - held[None]).min(axis=1)
-    w = smoothstep(away / (_EASE_S * fps + 1.0))
+    w = smoothstep(away_from(locked) / (_EASE_S * fps + 1.0))
     return base_pos + w[:, None] * (pos - base_pos), rot.slerp(base_quat, quat, w)
 
 
