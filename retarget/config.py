@@ -67,7 +67,7 @@ class WholeClipConfig:
     )
     travel_hz: float = 1.7  # half-power frequency of the root's way over the floor [Hz]: a robot cannot push it faster
     height_hz: float = 2.5  # of its height [Hz]
-    settled: float = 0.03  # a last step below this is no movement [rad or m]
+    settled: float = 0.05  # a last step below this is no movement [rad or m]
     settle_margin_s: float = 0.1  # solved again on either side [s]
     damping: float = 0.01  # of the first iteration, as a share of the goals' curvature
     rough_damping: float = 1.0  # the same where the start is far away

@@ -24,7 +24,6 @@ _HELD = 1e10  # damping that lets a frame not move
 _FEET_OFF = 0.3  # squared weighted residual of the feet beyond which a frame is solved again
 _PIN_OFF = 0.005  # of a joint from its key frame, the same [rad]
 _GAP_OFF = 0.001  # a gap that is so much less than wanted, the same [m]
-_COLD_ROUNDS = 6  # of the first iteration's active set
 _FAILED = 2.0  # a step whose frame comes out so many times worse than promised, and
 _SLIGHT = 0.3  # so much, is taken back
 
@@ -71,6 +70,8 @@ class _Descent:
         limits = [config.travel_hz] * 2 + [config.height_hz] + [np.inf] * (robot.model.nv - 3)
         self._bandwidths = np.minimum(level.smooth_hz, limits) / fps
         self._bounds = joint_bounds(robot, frames, fps, config)
+        for bound in self._bounds:
+            bound.update(start[:, 7:])  # what the start breaks is held from the first step on
         self._proximity = Proximity(robot, _NEAR) if level.clearance else None
         self._damping = np.full(frames, config.damping)
         self._before, self._promised = np.full(frames, np.inf), np.full(frames, np.inf)  # squared residuals
@@ -115,8 +116,7 @@ class _Descent:
         clearances = _clearances(qpos, kin, self._proximity, config)
         held = np.where(moving[frames], damping, _HELD)
         system, gradient = quadratic_model(goals, qpos, residual, jacobian, body_rows, held, self._bandwidths)
-        rounds = _COLD_ROUNDS if np.isinf(self._before).all() else self._level.rounds
-        step = constrained_step(system, gradient, qpos[:, 7:], bounds, clearances, rounds)
+        step = constrained_step(system, gradient, qpos[:, 7:], bounds, clearances, self._level.rounds)
         self.wanted[frames] = np.abs(step).max(axis=1)
         step *= _share(self.wanted[frames], config.largest_turn)[:, None]
         self._before[frames] = _squared(residual)

@@ -163,7 +163,8 @@ def test_the_zmp_is_the_centre_of_pressure_where_the_feet_can_give_it(groove_lik
     at, force = sole_points(reference, robot).pos_w, d.foot_force_w
     moment = at[..., :2] * force[..., 2:] - at[..., 2:] * force[..., :2]
     pressure = moment.sum(axis=1) / force[..., 2].sum(axis=1, keepdims=True)
-    np.testing.assert_allclose(d.zmp_w[given], pressure[given], atol=1e-4)
+    # A thousandth of the weight that is missing, half a metre up, is half a millimetre on the floor.
+    np.testing.assert_allclose(d.zmp_w[given], pressure[given], atol=5e-4)
     assert d.zmp_outside[given].max() < 1e-3  # of the points, half a millimetre over the floor, and friction
 
 
