@@ -4,6 +4,8 @@ Everything acts on the last axis and broadcasts over the rest. A quaternion name
 coordinates of a vector in frame b into those in frame a, so neighbours cancel:
 `a_from_c = multiply(a_from_b, b_from_c)`. Angular velocity comes from the logarithm, never from
 differences of components (Sola, Deray & Atchuthan, "A micro Lie theory", 2018, section IV).
+
+What a simulation needs at every step takes torch's tensors as well as numpy's arrays.
 """
 
 from __future__ import annotations
@@ -12,6 +14,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from robot_models.arrays import Array, empty_of, namespace
+
 Quat = Float[ndarray, "*batch 4"]
 Vec = Float[ndarray, "*batch 3"]
 Mat = Float[ndarray, "*batch 3 3"]
@@ -19,11 +23,11 @@ Mat = Float[ndarray, "*batch 3 3"]
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-def multiply(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
+def multiply(a: Float[Array, "... 4"], b: Float[Array, "... 4"]) -> Float[Array, "... 4"]:
     """Hamilton product `a b`."""
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
-    out = np.empty(np.broadcast_shapes(np.shape(a), np.shape(b)))
+    out = empty_of(a, b)
     out[..., 0] = aw * bw - ax * bx - ay * by - az * bz
     out[..., 1] = aw * bx + ax * bw + ay * bz - az * by
     out[..., 2] = aw * by - ax * bz + ay * bw + az * bx
@@ -31,55 +35,64 @@ def multiply(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"]) -> Float[nd
     return out
 
 
-def cross(a: Float[ndarray, "... 3"], b: Float[ndarray, "... 3"]) -> Float[ndarray, "... 3"]:
+def cross(a: Float[Array, "... 3"], b: Float[Array, "... 3"]) -> Float[Array, "... 3"]:
     """Vector product; several times faster than numpy's general one."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    out = np.empty(np.broadcast_shapes(np.shape(a), np.shape(b)))
+    out = empty_of(a, b)
     out[..., 0] = ay * bz - az * by
     out[..., 1] = az * bx - ax * bz
     out[..., 2] = ax * by - ay * bx
     return out
 
 
-def conjugate(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
+def conjugate(q: Float[Array, "... 4"]) -> Float[Array, "... 4"]:
     """The inverse rotation of a unit quaternion."""
-    return q * np.array([1.0, -1.0, -1.0, -1.0])
+    out = -q
+    out[..., 0] = q[..., 0]
+    return out
 
 
-def rotate(a_from_b: Float[ndarray, "... 4"], v_b: Float[ndarray, "... 3"]) -> Float[ndarray, "... 3"]:
+def rotate(a_from_b: Float[Array, "... 4"], v_b: Float[Array, "... 3"]) -> Float[Array, "... 3"]:
     """Coordinates in frame a of vectors given in frame b."""
     w, u = a_from_b[..., :1], a_from_b[..., 1:]
     t = 2.0 * cross(u, v_b)
     return v_b + w * t + cross(u, t)
 
 
-def normalise(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
+def normalise(q: Float[Array, "... 4"]) -> Float[Array, "... 4"]:
     """Unit quaternions; zero ones are the caller's fault and come back as NaN."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        return q / np.linalg.norm(q, axis=-1, keepdims=True)
+        return q / _length(q)
 
 
-def exp(rotvec: Float[ndarray, "... 3"]) -> Float[ndarray, "... 4"]:
+def exp(rotvec: Float[Array, "... 3"]) -> Float[Array, "... 4"]:
     """Quaternion of a rotation vector (axis times angle) [rad]."""
-    half = 0.5 * np.linalg.norm(rotvec, axis=-1, keepdims=True)
-    return np.concatenate((np.cos(half), 0.5 * np.sinc(half / np.pi) * rotvec), axis=-1)
+    xp, half = namespace(rotvec), 0.5 * _length(rotvec)
+    return xp.concat((xp.cos(half), 0.5 * xp.sinc(half / np.pi) * rotvec), axis=-1)
 
 
-def log(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 3"]:
+def log(q: Float[Array, "... 4"]) -> Float[Array, "... 3"]:
     """Rotation vector of the shortest turn, length in [0, pi] [rad]."""
-    q = np.where(q[..., :1] < 0.0, -q, q)
-    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
-    angle = 2.0 * np.arctan2(sine, q[..., :1])
+    xp = namespace(q)
+    q = xp.where(q[..., :1] < 0.0, -q, q)
+    sine = _length(q[..., 1:])
+    angle = 2.0 * xp.atan2(sine, q[..., :1])
     tiny = sine < 1e-12
-    return q[..., 1:] * np.where(tiny, 2.0, angle / np.where(tiny, 1.0, sine))
+    return q[..., 1:] * xp.where(tiny, 2.0, angle / xp.where(tiny, 1.0, sine))
 
 
-def angle_between(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"]) -> Float[ndarray, "..."]:
+def angle_between(a: Float[Array, "... 4"], b: Float[Array, "... 4"]) -> Float[Array, "..."]:
     """Angle of the turn from a to b, in [0, pi] [rad]; does not care for signs."""
-    turn = multiply(conjugate(a), b)
+    xp, turn = namespace(a), multiply(conjugate(a), b)
     x, y, z = turn[..., 1], turn[..., 2], turn[..., 3]
-    return np.asarray(2.0 * np.arctan2(np.sqrt(x * x + y * y + z * z), np.abs(turn[..., 0])))
+    return 2.0 * xp.atan2(xp.sqrt(x * x + y * y + z * z), xp.abs(turn[..., 0]))
+
+
+def _length(v: Array) -> Array:
+    """Of vectors, the last axis kept; several times faster than numpy's norm on axes so short."""
+    squares = v * v
+    return namespace(v).sqrt(sum((squares[..., k : k + 1] for k in range(1, v.shape[-1])), squares[..., :1]))
 
 
 def slerp(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"], t: Float[ndarray, "..."]) -> Float[ndarray, "... 4"]:
@@ -125,9 +138,15 @@ def from_matrix(m: Float[ndarray, "... 3 3"]) -> Float[ndarray, "... 4"]:
     return normalise(np.take_along_axis(rows, best, axis=-2)[..., 0, :])
 
 
-def to_matrix(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 3 3"]:
+def to_matrix(q: Float[Array, "... 4"]) -> Float[Array, "... 3 3"]:
     """Rotation matrices of unit quaternions."""
-    return np.stack([rotate(q, np.broadcast_to(e, (*q.shape[:-1], 3))) for e in np.eye(3)], axis=-1)
+    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    rows = (
+        1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
+        2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
+        2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
+    )  # fmt: skip
+    return namespace(q).stack(rows, axis=-1).reshape(*q.shape[:-1], 3, 3)
 
 
 def from_axes(x: Float[ndarray, "... 3"], y_hint: Float[ndarray, "... 3"]) -> Float[ndarray, "... 4"]:
@@ -137,23 +156,31 @@ def from_axes(x: Float[ndarray, "... 3"], y_hint: Float[ndarray, "... 3"]) -> Fl
     return from_matrix(np.stack((x, cross(z, x), z), axis=-1))
 
 
-def from_euler(angles: Float[ndarray, "... k"], order: str) -> Float[ndarray, "... 4"]:
+def from_euler(angles: Float[Array, "... k"], order: str) -> Float[Array, "... 4"]:
     """Intrinsic turns about the k axes named in `order`, applied left to right; angles in rad in that order."""
-    q = exp(angles[..., :1] * np.eye(3)["XYZ".index(order[0])])
+    q = _about(order[0], angles[..., 0])
     for i in range(1, len(order)):
-        q = multiply(q, exp(angles[..., i : i + 1] * np.eye(3)["XYZ".index(order[i])]))
+        q = multiply(q, _about(order[i], angles[..., i]))
     return q
 
 
-def from_yaw(yaw: Float[ndarray, "..."]) -> Float[ndarray, "... 4"]:
+def from_yaw(yaw: Float[Array, "..."]) -> Float[Array, "... 4"]:
     """Turn about the vertical by `yaw` [rad]."""
-    return exp(np.asarray(yaw)[..., None] * np.array([0.0, 0.0, 1.0]))
+    return _about("Z", yaw)
 
 
-def yaw(q: Float[ndarray, "... 4"]) -> Float[ndarray, "..."]:
+def yaw(q: Float[Array, "... 4"]) -> Float[Array, "..."]:
     """Heading of the rotated x axis about the vertical, in (-pi, pi] [rad]."""
-    x = rotate(q, np.broadcast_to([1.0, 0.0, 0.0], (*q.shape[:-1], 3)))
-    return np.asarray(np.arctan2(x[..., 1], x[..., 0]))
+    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    return namespace(q).atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
+
+
+def _about(axis: str, angle: Array) -> Array:
+    """Turn about a named axis [rad]."""
+    xp, half = namespace(angle), 0.5 * angle
+    parts = [xp.cos(half)] + [xp.zeros_like(half)] * 3
+    parts[1 + "XYZ".index(axis)] = xp.sin(half)
+    return xp.stack(parts, axis=-1)
 
 
 def from_quat_xyzw(q_xyzw: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
@@ -168,7 +195,7 @@ def to_quat_xyzw(q: Float[ndarray, "... 4"]) -> Float[ndarray, "... 4"]:
 
 def unit(v: Float[ndarray, "... 3"]) -> Float[ndarray, "... 3"]:
     """Vectors of length one; zero vectors stay zero."""
-    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
+    return v / np.maximum(_length(v), 1e-12)
 
 
 def angular_velocity(q: Float[ndarray, "T ... 4"], dt: float) -> Float[ndarray, "T ... 3"]:

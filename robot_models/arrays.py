@@ -1,0 +1,30 @@
+"""NumPy's arrays and torch's tensors under one name: a formula written once runs on both, and on any device.
+
+torch understands numpy's argument names (`axis`, `keepdims`), and what has one name in both libraries is called through
+`namespace`. Nothing here imports torch: whoever hands in a tensor has done so.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+
+Array = Any  # numpy's ndarray, or a torch tensor on any device
+
+
+def namespace(array: Array) -> Any:
+    """The library that an array belongs to."""
+    return sys.modules["torch"] if hasattr(array, "device") and not isinstance(array, np.generic | np.ndarray) else np
+
+
+def empty_of(a: Array, b: Array) -> Array:
+    """Room for what two arrays broadcast to."""
+    shape = np.broadcast_shapes(np.shape(a), np.shape(b))
+    return np.empty(shape) if namespace(a) is np else a.new_empty(shape)
+
+
+def in_memory(array: Array) -> np.ndarray:
+    """The same numbers as numpy's array, brought from the device where they are on one."""
+    return np.asarray(array) if namespace(array) is np else np.asarray(array.detach().cpu())
