@@ -28,3 +28,10 @@ def empty_of(a: Array, b: Array) -> Array:
 def in_memory(array: Array) -> np.ndarray:
     """The same numbers as numpy's array, brought from the device where they are on one."""
     return np.asarray(array) if namespace(array) is np else np.asarray(array.detach().cpu())
+
+
+def remember(past: Array, now: Array) -> None:
+    """Move what lies along the first axis one place on, in place, and put the newest in front."""
+    for k in range(len(past) - 1, 0, -1):  # torch does not move a tensor onto itself
+        past[k] = past[k - 1]
+    past[0] = now

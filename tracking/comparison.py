@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,7 @@ from numpy import ndarray
 from clips import Reference
 from robot_models import FEET, BodyStates, RobotModel
 from robot_models import rotation as rot
+from robot_models.arrays import Array, namespace
 from tracking.config import TerminationConfig
 
 
@@ -23,13 +25,13 @@ class TrackingErrors:
     kept), as the field does: the actor cannot see where in the room it stands.
     """
 
-    anchor_pos: Float[ndarray, "N 3"]  # world frame [m]
-    anchor_angle: Float[ndarray, "N"]  # [rad]
-    anchor_tilt: Float[ndarray, "N"]  # difference of gravity's z in the two anchor frames
-    body_pos: Float[ndarray, "N K 3"]  # [m]
-    body_angle: Float[ndarray, "N K"]  # [rad]
-    body_lin_vel: Float[ndarray, "N K 3"]  # world frame [m/s]
-    body_ang_vel: Float[ndarray, "N K 3"]  # world frame [rad/s]
+    anchor_pos: Float[Array, "N 3"]  # world frame [m]
+    anchor_angle: Float[Array, "N"]  # [rad]
+    anchor_tilt: Float[Array, "N"]  # difference of gravity's z in the two anchor frames
+    body_pos: Float[Array, "N K 3"]  # [m]
+    body_angle: Float[Array, "N K"]  # [rad]
+    body_lin_vel: Float[Array, "N K 3"]  # world frame [m/s]
+    body_ang_vel: Float[Array, "N K 3"]  # world frame [rad/s]
 
 
 class ReferenceTables:
@@ -44,12 +46,13 @@ class ReferenceTables:
         self.anchor = robot.profile.tracked.index(robot.profile.anchor)
         feet = [robot.soles[s].body for s in FEET]
         wrists = [robot.profile.landmarks[f"{s}_wrist"] for s in FEET]
-        self.ends = [robot.profile.tracked.index(b) for b in (*feet, *wrists) if b in robot.profile.tracked]
+        ends = [robot.profile.tracked.index(b) for b in (*feet, *wrists) if b in robot.profile.tracked]
+        self.ends = np.array(ends, dtype=int)
         lengths = np.array([r.frames for r in references])
-        ends = np.cumsum(lengths)
-        self.frames = int(ends[-1])
-        self.first, self.last = np.repeat(ends - lengths, lengths), np.repeat(ends - 1, lengths)
-        self.openings = ends - lengths + [r.dance.start for r in references]
+        after = np.cumsum(lengths)
+        self.frames = int(after[-1])
+        self.first, self.last = np.repeat(after - lengths, lengths), np.repeat(after - 1, lengths)
+        self.openings = after - lengths + [r.dance.start for r in references]
 
         def row(of: Callable[[Reference], ndarray]) -> ndarray:
             return np.concatenate([np.asarray(of(r)) for r in references])
@@ -60,19 +63,26 @@ class ReferenceTables:
         self.lin_vel = row(lambda r: r.body_lin_vel_w[:, bodies])
         self.ang_vel = row(lambda r: r.body_ang_vel_w[:, bodies])
 
-    def ahead(self, frame: Int[ndarray, "N"], frames: int) -> Int[ndarray, "N"]:
+    def ahead(self, frame: Int[Array, "N"], frames: int) -> Int[Array, "N"]:
         """Places so many frames on; the last frame of a reference holds beyond its end."""
-        return np.minimum(frame + frames, self.last[frame])
+        return namespace(frame).minimum(frame + frames, self.last[frame])
+
+    def on(self, own: Callable[[ndarray], Array]) -> ReferenceTables:
+        """The same tables in other memory."""
+        moved = copy.copy(self)
+        for name, value in vars(self).items():
+            if isinstance(value, ndarray):
+                setattr(moved, name, own(value))
+        return moved
 
 
-def compare(states: BodyStates, tables: ReferenceTables, frame: Int[ndarray, "N"]) -> TrackingErrors:
+def compare(states: BodyStates, tables: ReferenceTables, frame: Int[Array, "N"]) -> TrackingErrors:
     """Errors of the robots' tracked bodies against the reference's frames."""
     pos, quat = states.pos, states.quat
     ref_pos, ref_quat = tables.pos[frame], tables.quat[frame]
     a = tables.anchor
     turn = rot.from_yaw(rot.yaw(rot.multiply(quat[:, a], rot.conjugate(ref_quat[:, a]))))[:, None]
-    place = pos[:, a].copy()
-    place[:, 2] = ref_pos[:, a, 2]
+    place = namespace(pos).concat((pos[:, a, :2], ref_pos[:, a, 2:]), axis=-1)
     moved_pos = place[:, None] + rot.rotate(turn, ref_pos - ref_pos[:, a, None])
     moved_quat = rot.multiply(turn, ref_quat)
     return TrackingErrors(
@@ -86,18 +96,17 @@ def compare(states: BodyStates, tables: ReferenceTables, frame: Int[ndarray, "N"
     )
 
 
-def failures(
-    errors: TrackingErrors, tables: ReferenceTables, config: TerminationConfig
-) -> dict[str, Bool[ndarray, "N"]]:
+def failures(errors: TrackingErrors, tables: ReferenceTables, config: TerminationConfig) -> dict[str, Bool[Array, "N"]]:
     """Which rollouts have failed, by cause."""
-    ends = np.abs(errors.body_pos[:, tables.ends, 2]).max(axis=1) if tables.ends else np.zeros(len(errors.anchor_tilt))
+    xp = namespace(errors.body_pos)
     return {
-        "anchor_height": np.abs(errors.anchor_pos[:, 2]) > config.anchor_height,
-        "anchor_tilt": np.abs(errors.anchor_tilt) > config.anchor_tilt,
-        "end_effector_height": ends > config.end_effector_height,
+        "anchor_height": xp.abs(errors.anchor_pos[:, 2]) > config.anchor_height,
+        "anchor_tilt": xp.abs(errors.anchor_tilt) > config.anchor_tilt,
+        "end_effector_height": (xp.abs(errors.body_pos[:, tables.ends, 2]) > config.end_effector_height).any(axis=1),
     }
 
 
-def _up_z(quat: ndarray) -> ndarray:
+def _up_z(quat: Array) -> Array:
     """z of the world's up direction seen in a body frame: 1 - 2 (x^2 + y^2)."""
-    return 1.0 - 2.0 * (np.square(quat[..., 1]) + np.square(quat[..., 2]))
+    x, y = quat[..., 1], quat[..., 2]
+    return 1.0 - 2.0 * (x * x + y * y)

@@ -15,6 +15,8 @@ from numpy import ndarray
 
 from robot_models import BodyStates, RobotModel
 from robot_models import rotation as rot
+from robot_models.arrays import Array, namespace
+from tracking.chance import Chance
 from tracking.comparison import ReferenceTables
 from tracking.config import ObservationNoise
 from tracking.contract import Row
@@ -24,20 +26,20 @@ from tracking.contract import Row
 class Situation:
     """Everything that an observation may be computed from, for N environments at one instant."""
 
-    qpos: Float[ndarray, "P N nq"]  # now, and at the ends of the control periods before
-    qvel: Float[ndarray, "P N nv"]
+    qpos: Float[Array, "P N nq"]  # now, and at the ends of the control periods before
+    qvel: Float[Array, "P N nv"]
     states: BodyStates  # of the tracked bodies, now
-    frame: Int[ndarray, "N"]  # of the reference
-    last_action: Float[ndarray, "N J"]
-    encoder_bias: Float[ndarray, "N J"]  # [rad]
-    heading: Float[ndarray, "N 4"]  # turn from the reference's world to the robot's, fixed at the start of a rollout
+    frame: Int[Array, "N"]  # of the reference
+    last_action: Float[Array, "N J"]
+    encoder_bias: Float[Array, "N J"]  # [rad]
+    heading: Float[Array, "N 4"]  # turn from the reference's world to the robot's, fixed at the start of a rollout
 
 
 @dataclass(frozen=True, kw_only=True)
 class Term(Row):
     """One row of the table, and how the simulation computes it."""
 
-    compute: Callable[[Situation], Float[ndarray, "N size"]]
+    compute: Callable[[Situation], Float[Array, "N size"]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +47,7 @@ class ObservationTable:
     """Rows in order, with their slices."""
 
     terms: tuple[Term, ...]
+    own: Callable[[ndarray], Array] = np.asarray  # brings arrays to where the task computes
 
     @cached_property
     def size(self) -> int:
@@ -58,25 +61,26 @@ class ObservationTable:
         return {t.name: slice(int(e - t.size), int(e)) for t, e in zip(self.terms, ends, strict=True)}
 
     @cached_property
-    def _noise(self) -> tuple[Int[ndarray, "K"], Float[ndarray, "K"]]:
+    def _noise(self) -> tuple[Int[Array, "K"], Float[Array, "K"]]:
         """Which numbers are noisy, and the half widths of their noise."""
         width = np.repeat([t.noise for t in self.terms], [t.size for t in self.terms]).astype(np.float32)
         noisy = np.flatnonzero(width)
-        return noisy, width[noisy]
+        return self.own(noisy), self.own(width[noisy])
 
-    def values(self, situation: Situation) -> Float[ndarray, "N size"]:
+    def values(self, situation: Situation) -> Float[Array, "N size"]:
         """All terms side by side in float32, without noise."""
-        out = np.empty((len(situation.frame), self.size), dtype=np.float32)
+        xp, frame = namespace(situation.frame), situation.frame
+        out = xp.empty((len(frame), self.size), dtype=xp.float32, device=frame.device)
         at = 0
         for term in self.terms:
-            np.multiply(term.compute(situation), term.scale, out=out[:, at : at + term.size], casting="same_kind")
+            out[:, at : at + term.size] = term.scale * term.compute(situation)
             at += term.size
         return out
 
-    def disturbed(self, values: Float[ndarray, "N size"], rng: np.random.Generator) -> Float[ndarray, "N size"]:
+    def disturbed(self, values: Float[Array, "N size"], rng: Chance) -> Float[Array, "N size"]:
         """Values as sensors would give them."""
         noisy, width = self._noise
-        out = values.copy()
+        out = values + 0.0
         out[:, noisy] += width * rng.uniform(-1.0, 1.0, size=(len(values), len(noisy)))
         return out
 
@@ -93,9 +97,10 @@ def actor_table(
     noise: ObservationNoise,
     look_ahead: tuple[int, ...],
     look_back: tuple[int, ...],
+    own: Callable[[ndarray], Array] = np.asarray,
 ) -> ObservationTable:
     """What a robot can know: the reference, its IMU, its encoders and its own last action."""
-    j, default = len(robot.joint_names), robot.default_joint_pos
+    j, default = len(robot.joint_names), own(robot.default_joint_pos)
     terms = []
     for ahead in look_ahead:
         terms += [
@@ -119,7 +124,7 @@ def actor_table(
             Term(kind="joint_vel", at=-back, size=j, scale=0.1, unit="rad/s", frame="joint",
                  noise=0.1 * noise.joint_velocity, compute=partial(_joint_vel, back)),
         ]  # fmt: skip
-    return ObservationTable(terms=tuple(terms))
+    return ObservationTable(terms=tuple(terms), own=own)
 
 
 def privileged_table(tables: ReferenceTables) -> ObservationTable:
@@ -138,23 +143,23 @@ def privileged_table(tables: ReferenceTables) -> ObservationTable:
     return ObservationTable(terms=terms)
 
 
-def _ahead(tables: ReferenceTables, table: ndarray, frames: int, s: Situation) -> ndarray:
-    return np.asarray(table[tables.ahead(s.frame, frames)])
+def _ahead(tables: ReferenceTables, table: Array, frames: int, s: Situation) -> Array:
+    return table[tables.ahead(s.frame, frames)]
 
 
-def _gyro(back: int, s: Situation) -> ndarray:
-    return np.asarray(s.qvel[back, :, 3:6])
+def _gyro(back: int, s: Situation) -> Array:
+    return s.qvel[back, :, 3:6]
 
 
-def _joint_pos(back: int, default: ndarray, s: Situation) -> ndarray:
-    return np.asarray(s.qpos[back, :, 7:] + s.encoder_bias - default)
+def _joint_pos(back: int, default: Array, s: Situation) -> Array:
+    return s.qpos[back, :, 7:] + s.encoder_bias - default
 
 
-def _joint_vel(back: int, s: Situation) -> ndarray:
-    return np.asarray(s.qvel[back, :, 6:])
+def _joint_vel(back: int, s: Situation) -> Array:
+    return s.qvel[back, :, 6:]
 
 
-def _anchor_orientation(s: Situation, tables: ReferenceTables) -> ndarray:
+def _anchor_orientation(s: Situation, tables: ReferenceTables) -> Array:
     """First two columns of robot_anchor_from_reference_anchor, row by row (BeyondMimic's layout).
 
     The reference is turned by the heading difference of the rollout's start, which a robot fixes once with its IMU.
@@ -165,17 +170,17 @@ def _anchor_orientation(s: Situation, tables: ReferenceTables) -> ndarray:
     return matrix[..., :2].reshape(len(robot), 6)
 
 
-def _phase(s: Situation, tables: ReferenceTables) -> ndarray:
+def _phase(s: Situation, tables: ReferenceTables) -> Array:
     first, last = tables.first[s.frame], tables.last[s.frame]
-    return np.asarray(((s.frame - first) / np.maximum(1, last - first))[:, None])
+    return ((s.frame - first) / namespace(first).clip(last - first, 1, None))[:, None]
 
 
-def _anchor_position(s: Situation, tables: ReferenceTables) -> ndarray:
+def _anchor_position(s: Situation, tables: ReferenceTables) -> Array:
     a = tables.anchor
     return rot.rotate(rot.conjugate(s.states.quat[:, a]), tables.pos[s.frame, a] - s.states.pos[:, a])
 
 
-def _body_positions(s: Situation, tables: ReferenceTables) -> ndarray:
+def _body_positions(s: Situation, tables: ReferenceTables) -> Array:
     a = tables.anchor
     relative = s.states.pos - s.states.pos[:, a, None]
     return rot.rotate(rot.conjugate(s.states.quat[:, a, None]), relative).reshape(len(relative), -1)

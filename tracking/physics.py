@@ -10,6 +10,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from robot_models import RobotModel
+from robot_models.arrays import Array, namespace, remember
+from tracking.body_sensors import BodySensors
+from tracking.chance import Chance
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
@@ -25,7 +29,8 @@ class PhysicsBatch(ABC):
         physics_dt: physics step [s].
         delay: seconds until each robot's motors hear of a new target, rounded to physics steps; none by default.
 
-    `state` is [time, qpos, qvel] in MuJoCo's layout and conventions. `qpos` and `qvel` are views of its parts.
+    `state` is [time, qpos, qvel] in MuJoCo's layout and conventions. `qpos` and `qvel` are views of its parts. Arrays are
+    NumPy's in main memory, unless an engine says otherwise by `own`: the task computes where the engine does.
     """
 
     def __init__(
@@ -45,12 +50,25 @@ class PhysicsBatch(ABC):
             )  # fmt: skip
         model = self.models[0]
         self._nq, self._nv = int(model.nq), int(model.nv)
-        self.state = np.zeros((self.count, 1 + self._nq + self._nv))
+        self.state = self.own(np.zeros((self.count, 1 + self._nq + self._nv)))
         waits = np.zeros(self.count) if delay is None else delay
         # The targets of this period and of those before, newest first, as far back as the longest delay reaches.
         longest = round(float(waits.max()) / physics_dt)
-        self.targets = np.zeros((self.count, 1 - (-longest // self.substeps), model.nu))
-        self.set_delay(waits)
+        self.targets = self.own(np.zeros((self.count, 1 - (-longest // self.substeps), model.nu)))
+        self._robots, self._substep = self.own(np.arange(self.count)[:, None]), self.own(np.arange(self.substeps))
+        self.set_delay(self.own(waits))
+
+    def own(self, values: ndarray) -> Array:
+        """The values where this engine computes, as its arrays are."""
+        return values
+
+    def chance(self, rng: np.random.Generator) -> Chance:
+        """A generator of random numbers there, which goes on from this one."""
+        return rng
+
+    def body_sensors(self, robot: RobotModel, bodies: list[int], threads: int) -> BodySensors:
+        """What tells where bodies are and how they move; they are places in `body_names`."""
+        return BodySensors(robot, bodies, self.count, threads)
 
     @property
     def count(self) -> int:
@@ -58,45 +76,44 @@ class PhysicsBatch(ABC):
         return len(self.models)
 
     @property
-    def qpos(self) -> Float[ndarray, "N nq"]:
+    def qpos(self) -> Float[Array, "N nq"]:
         """Root position [m], root wxyz, joints [rad]; a view."""
         return self.qpos_of(self.state)
 
     @property
-    def qvel(self) -> Float[ndarray, "N nv"]:
+    def qvel(self) -> Float[Array, "N nv"]:
         """Root linear velocity (world), root angular velocity (body), joint velocities; a view."""
         return self.qvel_of(self.state)
 
-    def qpos_of(self, state: Float[ndarray, "*any S"]) -> Float[ndarray, "*any nq"]:
+    def qpos_of(self, state: Float[Array, "*any S"]) -> Float[Array, "*any nq"]:
         """The part of a full physics state that is qpos; a view."""
         return state[..., 1 : 1 + self._nq]
 
-    def qvel_of(self, state: Float[ndarray, "*any S"]) -> Float[ndarray, "*any nv"]:
+    def qvel_of(self, state: Float[Array, "*any S"]) -> Float[Array, "*any nv"]:
         """The part of a full physics state that is qvel; a view."""
         return state[..., 1 + self._nq : 1 + self._nq + self._nv]
 
-    def set_delay(self, delay: Float[ndarray, "N"]) -> None:
+    def set_delay(self, delay: Float[Array, "N"]) -> None:
         """Change how many seconds late the motors hear; not beyond the longest delay of the beginning."""
-        steps = np.round(delay / self.physics_dt).astype(int)
-        late = np.maximum(steps[:, None] - np.arange(self.substeps), 0)
-        self._which = -(-late // self.substeps)[..., None]
+        xp = namespace(delay)
+        steps = xp.asarray(xp.round(delay / self.physics_dt), dtype=xp.int64)
+        self._which = -(-xp.clip(steps[:, None] - self._substep, 0, None) // self.substeps)
 
     def set(
-        self, ids: ndarray, qpos: Float[ndarray, "n nq"], qvel: Float[ndarray, "n nv"], targets: Float[ndarray, "n J"]
+        self, ids: Array, qpos: Float[Array, "n nq"], qvel: Float[Array, "n nv"], targets: Float[Array, "n J"]
     ) -> None:
         """Put some robots into a state, in which they have been asked for some joint targets [rad]."""
         self.state[ids] = 0.0
         self.qpos[ids], self.qvel[ids] = qpos, qvel
         self.targets[ids] = targets[:, None]
 
-    def step(self, targets: Float[ndarray, "N J"]) -> None:
+    def step(self, targets: Float[Array, "N J"]) -> None:
         """Advance all robots by one control period, holding the joint targets [rad]."""
-        self.targets[:, 1:] = self.targets[:, :-1]
-        self.targets[:, 0] = targets
-        self._advance(np.take_along_axis(self.targets, self._which, axis=1))
+        remember(self.targets.swapaxes(0, 1), targets)
+        self._advance(self.targets[self._robots, self._which])
 
     @abstractmethod
-    def _advance(self, targets: Float[ndarray, "N S J"]) -> None:
+    def _advance(self, targets: Float[Array, "N S J"]) -> None:
         """Move `state` on by S physics steps under each one's joint targets."""
 
     def close(self) -> None:  # noqa: B027 - most engines keep nothing running

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models import RobotModel
+from robot_models.arrays import Array, namespace
+from tracking.chance import Chance
 from tracking.config import RandomisationConfig
 from tracking.motors import limit_torque_by_speed
 from tracking.mujoco_batch import training_model
@@ -68,19 +71,26 @@ def _drawn(
 class Pushes:
     """Sudden changes of the root's velocity, each robot's at its own times."""
 
-    def __init__(self, count: int, dt: float, config: RandomisationConfig, rng: np.random.Generator) -> None:
-        self._width = np.array((*config.push_linear, *config.push_angular))
-        self._pause = np.array(config.push_every) / dt
+    def __init__(
+        self,
+        count: int,
+        dt: float,
+        config: RandomisationConfig,
+        rng: Chance,
+        own: Callable[[ndarray], Array] = np.asarray,
+    ) -> None:
+        self._width = own(np.array((*config.push_linear, *config.push_angular)))
+        self._pause = config.push_every[0] / dt, config.push_every[1] / dt
         self.strength = 1.0 if config.enabled and config.pushes else 0.0  # of the widths
         self.wait = self._draw(count, rng)  # control periods until the next
 
-    def apply(self, qvel: Float[ndarray, "N nv"], rng: np.random.Generator) -> None:
+    def apply(self, qvel: Float[Array, "N nv"], rng: Chance) -> None:
         """Let one control period pass and push, in place, whose time has come."""
         self.wait -= 1.0
-        due = np.flatnonzero(self.wait <= 0.0)
+        due = namespace(self.wait).where(self.wait <= 0.0)[0]
         if len(due):
             qvel[due, :6] += self.strength * rng.uniform(-self._width, self._width, size=(len(due), 6))
             self.wait[due] = self._draw(len(due), rng)
 
-    def _draw(self, count: int, rng: np.random.Generator) -> Float[ndarray, "n"]:
+    def _draw(self, count: int, rng: Chance) -> Float[Array, "n"]:
         return rng.uniform(self._pause[0], self._pause[1], size=count)

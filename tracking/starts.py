@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from jaxtyping import Int
 from numpy import ndarray
 
+from robot_models.arrays import Array, namespace
+from tracking.chance import Chance
 from tracking.comparison import ReferenceTables
 from tracking.config import StartConfig
 
@@ -20,32 +22,46 @@ class Starts:
     """
 
     def __init__(
-        self, tables: ReferenceTables, dt: float, config: StartConfig, weights: Sequence[float] = (1.0,)
+        self,
+        tables: ReferenceTables,
+        dt: float,
+        config: StartConfig,
+        weights: Sequence[float] = (1.0,),
+        own: Callable[[ndarray], Array] = np.asarray,
     ) -> None:
-        """Weights: of each reference, how often episodes begin in it per frame; 1 or a whole part of it."""
-        self._first, self._openings, self._before = tables.first, tables.openings, config.before / dt
+        """As the class says.
+
+        Args:
+            tables: the references, in main memory.
+            dt: control period [s].
+            config: how episodes begin.
+            weights: of each reference, how often episodes begin in it per frame; 1 or a whole part of it.
+            own: brings arrays to where the task computes.
+        """
         # The last half second is too short to learn anything from.
-        self._latest = np.maximum(tables.first, tables.last - 1 - round(0.5 / dt))
+        latest = np.maximum(tables.first, tables.last - 1 - round(0.5 / dt))
         ends = tables.last[tables.openings]
-        self._anywhere = np.concatenate(
-            [np.arange(self._first[e], self._latest[e] + 1, round(1 / w)) for e, w in zip(ends, weights, strict=True)]
-        )
+        anywhere = [np.arange(tables.first[e], latest[e] + 1, round(1 / w)) for e, w in zip(ends, weights, strict=True)]
+        self._first, self._openings, self._latest = own(tables.first), own(tables.openings), own(latest)
+        self._anywhere, self._before = own(np.concatenate(anywhere)), config.before / dt
         self._shares = np.cumsum((config.opening, config.failed))
         self._remembered = config.remembered
-        self.failures: Int[ndarray, "k"] = np.empty(0, dtype=int)  # frames of the last ones, the newest last
+        self.failures: Int[Array, "k"] = own(np.empty(0, dtype=int))  # frames of the last ones, the newest last
 
-    def fell(self, frames: Int[ndarray, "n"]) -> None:
+    def fell(self, frames: Int[Array, "n"]) -> None:
         """Remember where robots failed; the oldest failures are forgotten."""
-        self.failures = np.concatenate((self.failures, frames))[-self._remembered :]
+        self.failures = namespace(frames).concat((self.failures, frames))[-self._remembered :]
 
-    def draw(self, count: int, rng: np.random.Generator) -> Int[ndarray, "count"]:
+    def draw(self, count: int, rng: Chance) -> Int[Array, "count"]:
         """Start frames of so many episodes."""
         kind = rng.random(count)
+        xp = namespace(kind)
         start = self._anywhere[rng.integers(0, len(self._anywhere), size=count)]
         if len(self.failures):
-            failed = rng.choice(self.failures, size=count)
-            before = np.maximum((failed - rng.uniform(0.0, self._before, size=count)).astype(int), self._first[failed])
-            start = np.where(kind < self._shares[1], before, start)
+            failed = self.failures[rng.integers(0, len(self.failures), size=count)]
+            before = xp.asarray(xp.floor(failed - rng.uniform(0.0, self._before, size=count)), dtype=xp.int64)
+            before = xp.maximum(before, self._first[failed])
+            start = xp.where(kind < self._shares[1], before, start)
         opening = self._openings[rng.integers(0, len(self._openings), size=count)]
-        start = np.where(kind < self._shares[0], opening, start)
-        return np.minimum(start, self._latest[start])
+        start = xp.where(kind < self._shares[0], opening, start)
+        return xp.minimum(start, self._latest[start])

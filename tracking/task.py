@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import or_
 from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from numpy import ndarray
 
 from clips import Reference
 from robot_models import RobotModel
 from robot_models import rotation as rot
-from tracking.body_sensors import BodySensors
+from robot_models.arrays import Array, in_memory, namespace, remember
 from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
 from tracking.config import TaskConfig
 from tracking.mujoco_batch import MujocoBatch
@@ -30,11 +31,11 @@ from tracking.starts import Starts
 class StepResult:
     """What one control step led to. Terminated: failed. Truncated: the clip ran out. They stay two things."""
 
-    reward: Float[ndarray, "N"]
-    terminated: Bool[ndarray, "N"]
-    truncated: Bool[ndarray, "N"]
-    terms: dict[str, Float[ndarray, "N"]]
-    causes: dict[str, Bool[ndarray, "N"]]
+    reward: Float[Array, "N"]
+    terminated: Bool[Array, "N"]
+    truncated: Bool[Array, "N"]
+    terms: dict[str, Float[Array, "N"]]
+    causes: dict[str, Bool[Array, "N"]]
     errors: TrackingErrors
 
 
@@ -56,39 +57,45 @@ class TrackingTask:
     weights: Sequence[float] = ()  # of the references; all alike by default
 
     def __post_init__(self) -> None:
-        self.rng = np.random.default_rng(self.seed)
+        rng = np.random.default_rng(self.seed)
         references = (self.reference,) if isinstance(self.reference, Reference) else tuple(self.reference)
         self.dt = 1.0 / references[0].fps
-        self.tables = ReferenceTables(references, self.robot)
-        self.targets = np.concatenate([joint_targets(r, self.robot) for r in references])
-        # A motor pushes with all it has at this distance; further targets would only wind up.
-        reach = self.robot.effort / self.robot.kp
-        self.target_range = self.robot.lower - reach, self.robot.upper + reach
-        c = self.config
+        c, robot = self.config, self.robot
         physics_dt = self.dt / np.ceil(self.dt / c.physics_dt - 1e-9)
-        drawn = draw_robots(self.robot, self.envs, physics_dt, c.randomisation, self.rng)
-        self.encoder_bias = drawn.encoder_bias
-        self.delay = drawn.delay
+        drawn = draw_robots(robot, self.envs, physics_dt, c.randomisation, rng)
         self.physics = self.engine(drawn.models, control_dt=self.dt, delay=drawn.delay, threads=self.threads)
-        self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng)
-        self.action_scale = c.action_scale * self.robot.effort / self.robot.kp
-        self.starts = Starts(self.tables, self.dt, c.starts, self.weights or [1.0] * len(references))
-        self.actor = actor_table(self.robot, self.tables, c.observation_noise, c.look_ahead, c.look_back)
+        # From here on everything is where the engine computes.
+        own, self.rng = self.physics.own, self.physics.chance(rng)
+        tables = ReferenceTables(references, robot)
+        self.tables = tables.on(own)
+        self.targets = own(np.concatenate([joint_targets(r, robot) for r in references]))
+        # A motor pushes with all it has at this distance; further targets would only wind up.
+        reach = robot.effort / robot.kp
+        self.target_range = own(robot.lower - reach), own(robot.upper + reach)
+        self.joint_range = own(robot.lower), own(robot.upper)
+        self.action_scale = own(c.action_scale * reach)
+        self.encoder_bias, self.delay = own(drawn.encoder_bias), own(drawn.delay)
+        self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng, own)
+        self.starts = Starts(tables, self.dt, c.starts, self.weights or [1.0] * len(references), own)
+        self.actor = actor_table(robot, self.tables, c.observation_noise, c.look_ahead, c.look_back, own)
         self.privileged = privileged_table(self.tables)
-        self.frame = np.zeros(self.envs, dtype=int)
-        self.last_action = np.zeros((self.envs, self.actions))
+        self.frame = own(np.zeros(self.envs, dtype=int))
+        self.last_action = own(np.zeros((self.envs, self.actions)))
         # States at the ends of the last control periods, the present one first.
-        self.past = np.zeros((1 + max(c.look_back, default=0), *self.physics.state.shape))
-        self.heading = np.tile(rot.IDENTITY, (self.envs, 1))
-        self.sensors = BodySensors(self.robot, self.tables.bodies, self.envs, self.threads)
-        self.reset(np.arange(self.envs))
+        self.past = own(np.zeros((1 + max(c.look_back, default=0), *self.physics.state.shape)))
+        self.heading = own(np.tile(rot.IDENTITY, (self.envs, 1)))
+        self.sensors = self.physics.body_sensors(robot, self.tables.bodies, self.threads)
+        noise, joints = c.start_noise, np.ones(self.actions)
+        widths = (noise.position, noise.orientation, noise.joint_position * joints, noise.linear_velocity)
+        self._disturbance = [own(noise.scale * np.array(w)) for w in (*widths, noise.angular_velocity)]
+        self.reset(own(np.arange(self.envs)))
 
     @property
     def actions(self) -> int:
         """Numbers in one action: one per joint."""
         return len(self.robot.joint_names)
 
-    def reset(self, ids: Int[ndarray, "n"], start: Int[ndarray, "n"] | None = None) -> None:
+    def reset(self, ids: Int[Array, "n"], start: Int[Array, "n"] | None = None) -> None:
         """Put robots into the reference, disturbed by the start noise.
 
         Args:
@@ -106,7 +113,7 @@ class TrackingTask:
         self.heading[ids] = rot.from_yaw(rot.yaw(turned))
         self.sensors.read_some(ids, self.physics.state[ids])
 
-    def step(self, action: Float[ndarray, "N J"], targets: Float[ndarray, "N J"] | None = None) -> StepResult:
+    def step(self, action: Float[Array, "N J"], targets: Float[Array, "N J"] | None = None) -> StepResult:
         """One control period towards the next frame of the reference.
 
         Args:
@@ -115,30 +122,28 @@ class TrackingTask:
         """
         following = self.tables.ahead(self.frame, 1)
         self.pushes.apply(self.physics.qvel, self.rng)
+        xp = namespace(self.frame)
         if targets is None:
-            targets = np.clip(self.targets[following] + self.action_scale * action, *self.target_range)
+            targets = xp.clip(self.targets[following] + self.action_scale * action, *self.target_range)
         self.physics.step(targets - self.encoder_bias)
         self.frame = following
-        diverged = np.asarray(~np.isfinite(self.physics.state).all(axis=1))
+        diverged = ~xp.isfinite(self.physics.state).all(axis=1)
         if diverged.any():
             # Back onto the reference at once: a state that is no number would spoil observations and rewards too.
             at = self.frame[diverged]
             self.physics.set(diverged, self.tables.qpos[at], self.tables.qvel[at], self.targets[at])
-        self.past[1:] = self.past[:-1]
-        self.past[0] = self.physics.state
+        remember(self.past, self.physics.state)
         self.sensors.read(self.physics.state)
         errors = compare(self.sensors.states, self.tables, self.frame)
-        over = beyond_soft_limits(
-            self.physics.qpos[:, 7:], self.robot.lower, self.robot.upper, self.config.rewards.soft_limit
-        )
+        over = beyond_soft_limits(self.physics.qpos[:, 7:], *self.joint_range, self.config.rewards.soft_limit)
         terms = reward_terms(errors, action, self.last_action, over, self.config.rewards)
         causes = failures(errors, self.tables, self.config.terminations)
         causes["diverged"] = diverged
-        terminated = np.any(list(causes.values()), axis=0)
+        terminated = reduce(or_, causes.values())
         self.starts.fell(self.frame[terminated])
-        self.last_action = np.array(action)
+        self.last_action = action + 0.0
         # Scaled by dt, so that returns are in reward-seconds and do not grow with the control rate.
-        reward = np.sum(list(terms.values()), axis=0) * self.dt
+        reward = sum(terms.values()) * self.dt
         return StepResult(
             reward=reward,
             terminated=terminated,
@@ -155,11 +160,11 @@ class TrackingTask:
         self.physics.set_delay(part * self.delay)
         self.pushes.strength = part if draw.enabled and draw.pushes else 0.0
 
-    def observe(self, *, noisy: bool = True) -> tuple[Float[ndarray, "N A"], Float[ndarray, "N C"]]:
+    def observe(self, *, noisy: bool = True) -> tuple[Float[Array, "N A"], Float[Array, "N C"]]:
         """Observations of actor (with noise) and critic (without), both of the present state."""
         s = self.situation()
         seen = self.actor.values(s)
-        critic = np.concatenate((seen, self.privileged.values(s)), axis=1)
+        critic = namespace(seen).concat((seen, self.privileged.values(s)), axis=1)
         return self.actor.disturbed(seen, self.rng) if noisy else seen, critic
 
     def measured(self, *, noisy: bool = True) -> Measurement:
@@ -167,7 +172,7 @@ class TrackingTask:
         noise, share = self.config.observation_noise, 1.0 if noisy else 0.0
         qpos, qvel = self.physics.qpos, self.physics.qvel
 
-        def draw(size: int, width: float) -> ndarray:
+        def draw(size: int, width: float) -> Array:
             return share * width * self.rng.uniform(-1.0, 1.0, size=(self.envs, size))
 
         return Measurement(
@@ -196,42 +201,40 @@ class TrackingTask:
             heading=self.heading,
         )
 
-    def _disturbed(self, start: Int[ndarray, "n"]) -> tuple[ndarray, ndarray]:
-        noise, count = self.config.start_noise, len(start)
+    def _disturbed(self, start: Int[Array, "n"]) -> tuple[Array, Array]:
+        def draw(width: Array) -> Array:
+            return width * self.rng.uniform(-1.0, 1.0, size=(len(start), len(width)))
 
-        def draw(width: object, size: int) -> ndarray:
-            return noise.scale * self.rng.uniform(-1.0, 1.0, size=(count, size)) * np.asarray(width)
-
-        qpos, qvel = self.tables.qpos[start].copy(), self.tables.qvel[start].copy()
-        qpos[:, :3] += draw(noise.position, 3)
-        roll_pitch_yaw = draw(noise.orientation, 3)
-        qpos[:, 3:7] = rot.normalise(rot.multiply(rot.from_euler(roll_pitch_yaw[:, ::-1], "ZYX"), qpos[:, 3:7]))
-        qpos[:, 7:] += draw(noise.joint_position, self.actions)
-        qpos[:, 7:] = np.clip(qpos[:, 7:], self.robot.lower, self.robot.upper)
-        qvel[:, :3] += draw(noise.linear_velocity, 3)
-        qvel[:, 3:6] += draw(noise.angular_velocity, 3)
+        position, orientation, joints, linear, angular = map(draw, self._disturbance)
+        qpos, qvel = self.tables.qpos[start], self.tables.qvel[start]  # copies
+        qpos[:, :3] += position
+        turn = rot.from_euler(orientation[:, [2, 1, 0]], "ZYX")  # drawn as roll, pitch, yaw
+        qpos[:, 3:7] = rot.normalise(rot.multiply(turn, qpos[:, 3:7]))
+        qpos[:, 7:] = namespace(qpos).clip(qpos[:, 7:] + joints, *self.joint_range)
+        qvel[:, :3] += linear
+        qvel[:, 3:6] += angular
         return qpos, qvel
 
     def state_dict(self) -> dict[str, Any]:
         """Everything that a resumed run needs to go on bit for bit."""
-        return {
-            "physics": self.physics.state.copy(),
-            "commands": self.physics.targets.copy(),
-            "past": self.past.copy(),
-            "pushes": self.pushes.wait.copy(),
-            "failures": self.starts.failures.copy(),
-            "frame": self.frame.copy(),
-            "last_action": self.last_action.copy(),
-            "heading": self.heading.copy(),
-            "rng": self.rng.bit_generator.state,
+        kept = {
+            "physics": self.physics.state,
+            "commands": self.physics.targets,
+            "past": self.past,
+            "pushes": self.pushes.wait,
+            "failures": self.starts.failures,
+            "frame": self.frame,
+            "last_action": self.last_action,
+            "heading": self.heading,
         }
+        return {name: in_memory(value).copy() for name, value in kept.items()} | {"rng": self.rng.bit_generator.state}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on from a saved state; models and encoder biases follow from the seed."""
-        self.physics.state[:], self.physics.targets[:] = state["physics"], state["commands"]
-        self.past[:], self.pushes.wait[:] = state["past"], state["pushes"]
-        self.starts.failures = state["failures"].copy()
-        self.frame, self.last_action = state["frame"].copy(), state["last_action"].copy()
-        self.heading = state["heading"].copy()
+        kept = {name: self.physics.own(value.copy()) for name, value in state.items() if name != "rng"}
+        self.physics.state[:], self.physics.targets[:] = kept["physics"], kept["commands"]
+        self.past[:], self.pushes.wait[:] = kept["past"], kept["pushes"]
+        self.starts.failures = kept["failures"]
+        self.frame, self.last_action, self.heading = kept["frame"], kept["last_action"], kept["heading"]
         self.rng.bit_generator.state = state["rng"]
         self.sensors.read(self.physics.state)
