@@ -11,6 +11,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models import rotation as rot
+from robot_models.arrays import Array
 from robot_models.robot import RobotModel
 
 
@@ -18,10 +19,10 @@ from robot_models.robot import RobotModel
 class BodyStates:
     """World poses and velocities of the robot's bodies. N is frames or environments."""
 
-    pos: Float[ndarray, "N B 3"]  # [m]
-    quat: Float[ndarray, "N B 4"]  # wxyz, world_from_body
-    lin_vel: Float[ndarray, "N B 3"]  # of the body origin [m/s]
-    ang_vel: Float[ndarray, "N B 3"]  # [rad/s]
+    pos: Float[Array, "N B 3"]  # [m]
+    quat: Float[Array, "N B 4"]  # wxyz, world_from_body
+    lin_vel: Float[Array, "N B 3"]  # of the body origin [m/s]
+    ang_vel: Float[Array, "N B 3"]  # [rad/s]
 
 
 def forward_kinematics(

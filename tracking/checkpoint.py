@@ -11,6 +11,7 @@ import numpy as np
 import torch
 
 from clips.files import write_whole
+from robot_models.arrays import in_memory
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
 from tracking.ppo import Trainer
@@ -23,8 +24,8 @@ def save_checkpoint(
 ) -> None:
     """Write the whole state of a run aside, then rename; every process of a team tells, and the leader writes."""
     mine = {
-        "torch_rng": torch.get_rng_state(),
-        "age": torch.from_numpy(trainer.age.copy()),
+        "torch_rng": _generator(trainer).get_state(),
+        "age": torch.from_numpy(in_memory(trainer.age).copy()),
         "task": _packed(trainer.task.state_dict()),
     }
     processes = trainer.team.gathered(mine)
@@ -90,11 +91,17 @@ def restore(trainer: Trainer, state: dict[str, Any], config: TrainConfig, refere
     trainer.algorithm.load(state["algorithm"], None, True)
     # The library saves its optimiser, but not the rate that it goes on adapting from.
     trainer.algorithm.learning_rate = trainer.algorithm.optimizer.param_groups[0]["lr"]
-    torch.set_rng_state(mine["torch_rng"])
-    trainer.age = mine["age"].numpy().copy()
+    _generator(trainer).set_state(mine["torch_rng"])
+    trainer.age = trainer.task.physics.own(mine["age"].numpy().copy())
     trainer.task.load_state_dict(_unpacked(mine["task"]))
     progress: dict[str, Any] = json.loads(state["progress"])
     return progress
+
+
+def _generator(trainer: Trainer) -> torch.Generator:
+    """What the exploration's noise is drawn from: torch's own on the networks' device."""
+    device = torch.device(trainer.task.physics.device)
+    return torch.cuda.default_generators[device.index or 0] if device.type == "cuda" else torch.default_generator
 
 
 def _packed(state: dict[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The engines that a policy can be played in, by name."""
+"""The engines that a policy can be played in, and those that it can be trained in, by name."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ ENGINES: dict[str, Engine] = {
     "mujoco": MujocoBatch,
     "physx-isaac": partial(PhysxBatch, profile=ISAAC),
     "physx-motor": partial(PhysxBatch, profile=MOTOR),
-    "warp": WarpBatch,
 }
+TRAINING: dict[str, Engine] = {"mujoco": MujocoBatch, "warp": WarpBatch}
 _GROUPS = {"physx": ("physx-isaac", "physx-motor"), "all": ("mujoco", "physx-isaac", "physx-motor")}
 
 

@@ -15,6 +15,7 @@ from numpy import ndarray
 
 from clips import Reference
 from robot_models import RobotModel
+from robot_models.arrays import in_memory
 from tracking.chain import anchor_chain
 from tracking.config import RandomisationConfig
 from tracking.contract import FROM_REFERENCE, Contract, write_contract
@@ -32,11 +33,14 @@ def torch_policy(actor: Any) -> Policy:
     """The mean action of an actor network as a numpy function."""
     from tensordict import TensorDict
 
+    device = next(actor.parameters()).device
+
     def act(observation: np.ndarray) -> np.ndarray:
         actor.eval()
         with torch.inference_mode():
-            groups = TensorDict({"policy": torch.from_numpy(observation)}, batch_size=[len(observation)])
-            return np.asarray(actor(groups).numpy(), dtype=np.float64)
+            seen = torch.from_numpy(observation).to(device)
+            groups = TensorDict({"policy": seen}, batch_size=[len(observation)], device=device)
+            return np.asarray(actor(groups).cpu().numpy(), dtype=np.float64)
 
     return act
 
@@ -54,7 +58,7 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: Piece) ->
     with tempfile.TemporaryDirectory(dir=folder) as aside:
         path = Path(aside) / "policy.onnx"
         _write_onnx(actor, task.actor.size, path)
-        observation, _ = task.observe()
+        observation = in_memory(task.observe()[0])
         difference = float(np.abs(onnx_policy(path)(observation) - torch_policy(actor)(observation)).max())
         if not difference < _AGREEMENT:
             raise TrackingError(
@@ -99,7 +103,7 @@ def record(policy: Policy, like: TrackingTask, reference: Reference, seconds: fl
 def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
     """Everything that a runner must know, at full precision."""
     robot, draw = task.robot, task.config.randomisation
-    lower, upper = task.target_range
+    lower, upper, action_scale = (in_memory(x).astype(float) for x in (*task.target_range, task.action_scale))
     stand_kp, stand_kd = standing_gains(robot)
     return Contract(
         robot=robot.name,
@@ -116,7 +120,7 @@ def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
         upper=robot.upper,
         stand_kp=stand_kp,
         stand_kd=stand_kd,
-        action_scale=task.action_scale,
+        action_scale=action_scale,
         target=FROM_REFERENCE,
         target_lower=lower,
         target_upper=upper,
@@ -159,7 +163,7 @@ def _short(value: object) -> str:
 
 
 def _write_onnx(actor: Any, size: int, path: Path) -> None:
-    model = actor.as_onnx(verbose=False).eval()
+    model = actor.as_onnx(verbose=False).cpu().eval()
     with warnings.catch_warnings():
         # torch marks its TorchScript exporter as legacy; it writes one file, and needs no further packages.
         warnings.simplefilter("ignore")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
-from robot_models import RobotModel
+from robot_models import BodyStates, RobotModel
 from robot_models.arrays import Array, namespace, remember
 from tracking.body_sensors import BodySensors
 from tracking.chance import Chance
@@ -18,6 +18,23 @@ from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
     import mujoco
+
+
+class BodyReader(Protocol):
+    """Tells poses and velocities of bodies in the states of N robots."""
+
+    @property
+    def states(self) -> BodyStates:
+        """World poses and velocities as they were last read."""
+
+    def read(self, state: Float[Array, "N S"]) -> None:
+        """Read the bodies of all robots from their states."""
+
+    def read_some(self, ids: Int[Array, "n"], state: Float[Array, "n S"]) -> None:
+        """Read the bodies of some robots; the others stay as they were last read."""
+
+    def close(self) -> None:
+        """End what keeps running."""
 
 
 class PhysicsBatch(ABC):
@@ -32,6 +49,8 @@ class PhysicsBatch(ABC):
     `state` is [time, qpos, qvel] in MuJoCo's layout and conventions. `qpos` and `qvel` are views of its parts. Arrays are
     NumPy's in main memory, unless an engine says otherwise by `own`: the task computes where the engine does.
     """
+
+    device = "cpu"  # as torch names it: where the arrays are
 
     def __init__(
         self,
@@ -66,7 +85,7 @@ class PhysicsBatch(ABC):
         """A generator of random numbers there, which goes on from this one."""
         return rng
 
-    def body_sensors(self, robot: RobotModel, bodies: list[int], threads: int) -> BodySensors:
+    def body_sensors(self, robot: RobotModel, bodies: list[int], threads: int) -> BodyReader:
         """What tells where bodies are and how they move; they are places in `body_names`."""
         return BodySensors(robot, bodies, self.count, threads)
 

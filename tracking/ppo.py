@@ -16,8 +16,9 @@ import numpy as np
 import torch
 from tensordict import TensorDict
 
+from robot_models.arrays import Array, in_memory, namespace
 from tracking.config import PpoConfig
-from tracking.task import TrackingTask
+from tracking.task import StepResult, TrackingTask
 from tracking.team import Team
 
 Actor = Any  # rsl_rl.models.MLPModel
@@ -50,7 +51,7 @@ class Trainer:
         if self.team.size > 1:
             self.algorithm.broadcast_parameters()
             torch.manual_seed(seed + self.team.rank)  # one network, but everyone explores with noise of their own
-        self.age = np.zeros(task.envs)  # control steps since each robot's reset
+        self.age = task.physics.own(np.zeros(task.envs))  # control steps since each robot's reset
 
     @property
     def actor(self) -> Actor:
@@ -61,54 +62,57 @@ class Trainer:
         """Collect one batch and learn from it; the next update shall have this divergence."""
         self.algorithm.train_mode()
         observation = self._observe()
-        ended: list[float] = []
-        terms: dict[str, list[float]] = {}
-        causes: dict[str, int] = {}
-        with torch.inference_mode():
+        xp = namespace(self.age)
+        ended: list[Array] = []
+        terms: dict[str, Array] = {}
+        causes: dict[str, Array] = {}
+        # Sums stay where the task computes until the end: to look at a number on a device is to wait for it.
+        with torch.no_grad():
             for _ in range(self.config.steps_per_env):
-                action = self.algorithm.act(observation)
-                result = self.task.step(action.numpy().astype(np.float64))
+                result = self.task.step(self._as_the_task_has_it(self.algorithm.act(observation)))
                 self.age += 1
-                done = np.flatnonzero(result.terminated | result.truncated)
-                ended += list(self.age[done] * self.task.dt)
+                done = xp.where(result.terminated | result.truncated)[0]
+                ended.append(self.age[done])
                 for name, value in result.terms.items():
-                    terms.setdefault(name, []).append(float(value.mean()))
+                    terms[name] = terms.get(name, 0.0) + value.mean()
                 for name, cause in result.causes.items():
-                    causes[name] = causes.get(name, 0) + int(cause.sum())
+                    causes[name] = causes.get(name, 0) + cause.sum()
                 self.task.reset(done)
                 self.age[done] = 0
                 observation = self._observe()
-                self._record(observation, result.reward, result.terminated, result.truncated)
+                self._record(observation, result)
             self.algorithm.compute_returns(observation)
         losses = self.algorithm.update()
         divergence = self._divergence()
         self._adapt_rate(divergence, kl)
         self._keep_exploring()
+        lasted = in_memory(xp.concat(ended)) * self.task.dt
         return Iteration(
             steps=self.team.size * self.task.envs * self.config.steps_per_env,
             losses={k: float(v) for k, v in losses.items()},
-            episode_s=float(np.mean(ended)) if ended else float("nan"),
-            terms={k: float(np.mean(v)) for k, v in terms.items()},
-            causes=causes,
+            episode_s=float(lasted.mean()) if len(lasted) else float("nan"),
+            terms={k: float(v) / self.config.steps_per_env for k, v in terms.items()},
+            causes={k: int(v) for k, v in causes.items()},
             std=float(self.algorithm.actor.output_std.detach().mean()),
             kl=divergence,
             rate=float(self.algorithm.learning_rate),
         )
 
+    def _as_the_task_has_it(self, action: torch.Tensor) -> Array:
+        return action if namespace(self.age) is torch else action.numpy().astype(np.float64)
+
     def _observe(self) -> TensorDict:
         # Fresh tensors each time: the storage keeps a reference until the step is over.
         actor, critic = self.task.observe()
-        groups = {"policy": torch.from_numpy(actor), "critic": torch.from_numpy(critic)}
-        return TensorDict(groups, batch_size=[self.task.envs])
+        groups = {"policy": torch.as_tensor(actor), "critic": torch.as_tensor(critic)}
+        return TensorDict(groups, batch_size=[self.task.envs], device=self.task.physics.device)
 
-    def _record(
-        self, observation: TensorDict, reward: np.ndarray, terminated: np.ndarray, truncated: np.ndarray
-    ) -> None:
+    def _record(self, observation: TensorDict, result: StepResult) -> None:
         self.algorithm.process_env_step(
             observation,
-            torch.from_numpy(reward.astype(np.float32)),
-            torch.from_numpy(terminated | truncated),
-            {"time_outs": torch.from_numpy(truncated)},
+            torch.as_tensor(result.reward, dtype=torch.float32),
+            torch.as_tensor(result.terminated | result.truncated),
+            {"time_outs": torch.as_tensor(result.truncated)},
         )
 
     def _divergence(self) -> float:
@@ -151,19 +155,19 @@ def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig, t
         "std_range": c.std_range,
         "learn_std": True,
     }
-    actor = MLPModel(observation, groups, "actor", task.actions, distribution_cfg=noise, **net)
-    critic = MLPModel(observation, groups, "critic", 1, **net)
+    actor = MLPModel(observation, groups, "actor", task.actions, distribution_cfg=noise, **net).to(task.physics.device)
+    critic = MLPModel(observation, groups, "critic", 1, **net).to(task.physics.device)
     with torch.no_grad():
         # Start from the prior: the first policy asks for the reference itself.
         last = [m for m in actor.modules() if isinstance(m, torch.nn.Linear)][-1]
         last.weight.mul_(0.1)
         last.bias.zero_()
-    storage = RolloutStorage("rl", task.envs, c.steps_per_env, observation, [task.actions], "cpu")
+    storage = RolloutStorage("rl", task.envs, c.steps_per_env, observation, [task.actions], task.physics.device)
     return PPO(
         actor,
         critic,
         storage,
-        device="cpu",
+        device=task.physics.device,
         num_learning_epochs=c.epochs,
         num_mini_batches=c.minibatches,
         clip_param=c.clip,

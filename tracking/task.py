@@ -208,7 +208,7 @@ class TrackingTask:
         position, orientation, joints, linear, angular = map(draw, self._disturbance)
         qpos, qvel = self.tables.qpos[start], self.tables.qvel[start]  # copies
         qpos[:, :3] += position
-        turn = rot.from_euler(orientation[:, [2, 1, 0]], "ZYX")  # drawn as roll, pitch, yaw
+        turn = rot.from_euler(namespace(qpos).flip(orientation, (1,)), "ZYX")  # drawn as roll, pitch, yaw
         qpos[:, 3:7] = rot.normalise(rot.multiply(turn, qpos[:, 3:7]))
         qpos[:, 7:] = namespace(qpos).clip(qpos[:, 7:] + joints, *self.joint_range)
         qvel[:, :3] += linear

@@ -1,22 +1,27 @@
 """MuJoCo-Warp: MuJoCo's physics on a CUDA device, thousands of worlds at once; on the CPU for tests, where it is slow.
 
-One graph per control period: states and targets go up, the steps run, states come down. The arithmetic is single
-precision: a second of dancing stays within a few micrometres of MuJoCo's.
+States stay on the device, as torch's tensors on the memory of warp's arrays; the task computes there too. Two graphs per
+control period: the steps, and the reading of the bodies. The arithmetic is single precision: a second of dancing stays
+within a few micrometres of MuJoCo's.
 """
 
 from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from robot_models import BodyStates, RobotModel
+from robot_models import rotation as rot
+from robot_models.arrays import Array
+from tracking.chance import Chance, TorchChance
 from tracking.errors import TrackingError
-from tracking.physics import PhysicsBatch
+from tracking.physics import BodyReader, PhysicsBatch
 
 if TYPE_CHECKING:
     import mujoco
@@ -50,33 +55,67 @@ class WarpBatch(PhysicsBatch):
         device: str | None = None,
     ) -> None:
         import mujoco
+        import torch
 
         del threads
+        self._torch, (self._wp, self._mjw) = torch, _warp()
+        self._on = self._wp.get_device(device or _cuda(self._wp))
+        self.device = str(self._wp.device_to_torch(self._on))
         super().__init__(models, control_dt=control_dt, physics_dt=models[0].opt.timestep, delay=delay)
-        self._wp, self._mjw = _warp()
-        self.device = self._wp.get_device(device or _cuda(self._wp))
         base, n = copy.copy(self.models[0]), self.count
         base.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)  # here nothing is ever reset
         soles = int(((base.geom_contype | base.geom_conaffinity) > 0).sum())
         rows = _PER_CONTACT * soles + 2 * base.njnt + base.nv
-        with self._wp.ScopedDevice(self.device):
+        with self._wp.ScopedDevice(self._on):
             self._model = self._mjw.put_model(base, batch_sizes=dict.fromkeys(_DRAWN, n))
             for name in _DRAWN:
                 each = np.stack([getattr(m, name) for m in self.models]).astype(np.float32)
                 getattr(self._model, name).assign(each)
             self._data = self._mjw.make_data(base, nworld=n, nconmax=soles, njmax=rows)
             self._asked = self._wp.zeros((self.substeps, n, base.nu), dtype=float)
-            self._graph = self._captured()
+        names = ("qpos", "qvel", "xpos", "xquat", "cvel", "subtree_com", "overflow")
+        self.tensors = {name: self._wp.to_torch(getattr(self._data, name)) for name in names}
+        self._targets = self._wp.to_torch(self._asked)
+        self._simulated, self._placed = self._launcher(self._simulate), self._launcher(self._place)
+        self.tensors["overflow"].zero_()
 
-    def _captured(self) -> Any:
-        """The kernels of one control period, launched as one; None on the CPU, where they are launched one by one."""
-        self._simulate()  # compiles them
-        self._data.overflow.zero_()
-        if not self.device.is_cuda:
-            return None
-        with self._wp.ScopedCapture() as capture:
-            self._simulate()
-        return capture.graph
+    def own(self, values: ndarray) -> Array:
+        """The values as a tensor on the device, in single precision if they are real numbers."""
+        precision = self._torch.float32 if np.issubdtype(values.dtype, np.floating) else None
+        return self._torch.asarray(values, device=self.device, dtype=precision)
+
+    def chance(self, rng: np.random.Generator) -> Chance:
+        """A generator on the device."""
+        return TorchChance(int(rng.integers(2**31)), self._torch.device(self.device))
+
+    def body_sensors(self, robot: RobotModel, bodies: list[int], threads: int) -> BodyReader:
+        """The bodies as the engine places them."""
+        return _Bodies(self, [robot.body_ids[b] for b in bodies])
+
+    def _launcher(self, kernels: Callable[[], None]) -> Callable[[], None]:
+        """Some kernels as one graph, launched in torch's order of work; on the CPU they are launched one by one."""
+
+        def one_by_one() -> None:
+            with self._wp.ScopedDevice(self._on):
+                kernels()
+
+        one_by_one()  # compiles them
+        if not self._on.is_cuda:
+            return one_by_one
+        with self._wp.ScopedDevice(self._on), self._wp.ScopedCapture() as capture:
+            kernels()
+        self._wp.synchronize_device(self._on)
+
+        def as_graph() -> None:
+            stream = self._wp.stream_from_torch(self._torch.cuda.current_stream(self.device))
+            self._wp.capture_launch(capture.graph, stream=stream)
+
+        return as_graph
+
+    def place_bodies(self) -> None:
+        """Let `tensors` tell where the bodies are and how they move in the present state."""
+        self._put()
+        self._placed()
 
     def _simulate(self) -> None:
         # As in MuJoCo's rollouts: a period depends on its state alone, so that a resumed run goes on as it would have.
@@ -85,23 +124,61 @@ class WarpBatch(PhysicsBatch):
             self._wp.copy(self._data.ctrl, self._asked[step])
             self._mjw.step(self._model, self._data)
 
-    def _advance(self, targets: Float[ndarray, "N S J"]) -> None:
-        with self._wp.ScopedDevice(self.device):
-            self._data.qpos.assign(self.qpos.astype(np.float32))
-            self._data.qvel.assign(self.qvel.astype(np.float32))
-            self._asked.assign(np.ascontiguousarray(targets.swapaxes(0, 1), dtype=np.float32))
-            if self._graph is None:
-                self._simulate()
-            else:
-                self._wp.capture_launch(self._graph)
-            self.qpos[:], self.qvel[:] = self._data.qpos.numpy(), self._data.qvel.numpy()
-            lost = int((self._data.overflow.numpy() != 0).sum())
+    def _place(self) -> None:
+        self._mjw.kinematics(self._model, self._data)
+        self._mjw.com_pos(self._model, self._data)
+        self._mjw.com_vel(self._model, self._data)
+
+    def _put(self) -> None:
+        self.tensors["qpos"][:], self.tensors["qvel"][:] = self.qpos, self.qvel
+
+    def _advance(self, targets: Float[Array, "N S J"]) -> None:
+        self._put()
+        self._targets[:] = targets.swapaxes(0, 1)
+        self._simulated()
+        self.qpos[:], self.qvel[:] = self.tensors["qpos"], self.tensors["qvel"]
         self.state[:, 0] += self.substeps * self.physics_dt
+        lost = int((self.tensors["overflow"] != 0).sum())
         if lost:
             raise TrackingError(
                 "MuJoCo-Warp", found=f"contacts or constraints that did not fit in {lost} worlds", expected="room for all",
                 cure="this is a fault of tracking/warp_batch.py: its count of rows is too small for this robot",
             )  # fmt: skip
+
+
+class _Bodies:
+    """What `BodySensors` are, of the worlds in a `WarpBatch`: always of its present state, and of all of them."""
+
+    def __init__(self, batch: WarpBatch, body_ids: list[int]) -> None:
+        self._batch, self._bodies = batch, batch.own(np.array(body_ids))
+        self._roots = batch.own(batch.models[0].body_rootid[body_ids])
+        batch.place_bodies()
+
+    @property
+    def states(self) -> BodyStates:
+        """World poses and velocities as they were last read."""
+        told = self._batch.tensors
+        pos, velocity = told["xpos"][:, self._bodies], told["cvel"][:, self._bodies]
+        ang_vel, at_centre = velocity[..., :3], velocity[..., 3:]
+        # MuJoCo's cvel is the velocity of the point of the body that is at the whole robot's centre of mass.
+        arm = pos - told["subtree_com"][:, self._roots]
+        return BodyStates(
+            pos=pos,
+            quat=told["xquat"][:, self._bodies],
+            lin_vel=at_centre + rot.cross(ang_vel, arm),
+            ang_vel=ang_vel,
+        )
+
+    def read(self, state: Array) -> None:
+        """Read the bodies of all robots."""
+        self._batch.place_bodies()
+
+    def read_some(self, ids: Array, state: Array) -> None:
+        """The same: a graph of all robots is launched as quickly as of some."""
+        self._batch.place_bodies()
+
+    def close(self) -> None:
+        """Nothing is running."""
 
 
 def _cuda(warp: Any) -> str:

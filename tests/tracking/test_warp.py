@@ -1,4 +1,4 @@
-"""MuJoCo-Warp on its CPU device, a few worlds: the same robots, delays and steps as MuJoCo's."""
+"""MuJoCo-Warp on its CPU device, a few worlds: the same robots, delays and steps as MuJoCo's, the same task on tensors."""
 
 from functools import partial
 
@@ -8,13 +8,28 @@ import pytest
 pytest.importorskip("mujoco_warp")
 pytestmark = pytest.mark.slow  # a minute of kernels where none are cached
 
+import torch
+
 from clips import load_reference
 from robot_models import load_robot
-from tracking import TrackingError, TrackingTask
+from robot_models.arrays import in_memory
+from tracking import TrackingError, TrackingTask, TrainConfig
+from tracking.ppo import Trainer
 from tracking.warp_batch import WarpBatch
 
 CPU = partial(WarpBatch, device="cpu")
 WORLDS, STARTS = 4, (50, 110, 170, 230)
+
+
+class SameChance:
+    """NumPy's numbers where the task computes, so that two engines draw alike."""
+
+    def __init__(self, seed, own):
+        self._rng, self._own = np.random.default_rng(seed), own
+
+    def __getattr__(self, name):
+        draw = getattr(self._rng, name)
+        return lambda *bounds, size: self._own(draw(*map(in_memory, bounds), size=size))
 
 
 @pytest.fixture(scope="module")
@@ -30,25 +45,70 @@ def tasks(groove_file):
 
 
 def play(task, steps, start):
-    """States and rewards under the same actions."""
-    task.rng = np.random.default_rng(5)
-    task.reset(np.arange(WORLDS), np.array(start))
-    states, rewards = [], []
+    """States, rewards and observations under the same actions, with pushes on the way."""
+    own = task.physics.own
+    task.rng = SameChance(5, own)
+    task.pushes.wait = own(np.array([7.0, 3.0, 11.0, 30.0]))
+    task.reset(own(np.arange(WORLDS)), own(np.array(start)))
+    told = []
     for k in range(steps):
-        result = task.step(0.3 * np.sin(0.3 * k + np.arange(task.actions)) * np.ones((WORLDS, 1)))
-        states.append(task.physics.state.copy())
-        rewards.append(result.reward)
-    return np.array(states), np.array(rewards)
+        action = 0.3 * np.sin(0.3 * k + np.arange(task.actions)) * np.ones((WORLDS, 1))
+        result = task.step(own(action))
+        told.append([in_memory(x).copy() for x in (task.physics.state, result.reward, *task.observe())])
+    return [np.stack(x) for x in zip(*told, strict=True)]
 
 
 def test_a_second_of_dancing_is_mujocos(tasks):
-    (ours, our_rewards), (theirs, their_rewards) = (play(t, 50, STARTS) for t in tasks)
+    ours, theirs = (play(t, 50, STARTS) for t in tasks)
     physics = tasks[0].physics
-    np.testing.assert_allclose(physics.qpos_of(theirs), physics.qpos_of(ours), atol=5e-6)  # metres and radians
-    np.testing.assert_allclose(physics.qvel_of(theirs), physics.qvel_of(ours), atol=1e-3)
-    np.testing.assert_allclose(their_rewards, our_rewards, atol=1e-5)
+    np.testing.assert_allclose(physics.qpos_of(theirs[0]), physics.qpos_of(ours[0]), atol=1e-5)  # metres and radians
+    np.testing.assert_allclose(physics.qvel_of(theirs[0]), physics.qvel_of(ours[0]), atol=2e-3)
+    for mine, its, apart in zip(ours[1:], theirs[1:], (1e-5, 5e-4, 5e-4), strict=True):
+        np.testing.assert_allclose(its, mine, atol=apart)
     # The negative control: robots that were not drawn anew part from these at once.
-    assert np.ptp(ours[-1, :, 3]) > 1e-3
+    assert np.ptp(ours[0][-1, :, 3]) > 1e-3
+
+
+def test_bodies_are_where_mujocos_are_and_move_as_they_do(tasks):
+    for task in tasks:
+        play(task, 10, STARTS)
+    ours, theirs = (t.sensors.states for t in tasks)
+    for name in ("pos", "quat", "lin_vel", "ang_vel"):
+        np.testing.assert_allclose(in_memory(getattr(theirs, name)), getattr(ours, name), atol=1e-3, err_msg=name)
+
+
+def test_no_number_leaves_the_device_or_comes_to_it_while_robots_dance(tasks, monkeypatch):
+    task = tasks[1]
+    task.rng = task.physics.chance(np.random.default_rng(0))
+    action, everyone = task.physics.own(np.zeros((WORLDS, task.actions))), task.physics.own(np.arange(WORLDS))
+    task.pushes.wait[:] = 2.0
+
+    def refuse(*args, **kwargs):
+        raise AssertionError("numbers between the device and main memory")
+
+    task.observe()  # makes what is made once
+    with monkeypatch.context() as patched:
+        for name in ("numpy", "__array__", "cpu", "tolist"):
+            patched.setattr(torch.Tensor, name, refuse)
+        for name in ("from_numpy", "tensor", "as_tensor"):
+            patched.setattr(torch, name, refuse)
+        for _ in range(4):
+            result = task.step(action)
+            task.reset(torch.where(result.terminated | result.truncated)[0])
+            task.reset(everyone)
+            task.observe()
+        with pytest.raises(AssertionError):
+            in_memory(result.reward)
+
+
+def test_it_trains(tasks, tmp_path):
+    task = tasks[1]
+    task.rng = task.physics.chance(np.random.default_rng(0))
+    trainer = Trainer(task, TrainConfig().ppo, seed=0, threads=1)
+    before = [p.clone() for p in trainer.actor.parameters()]
+    told = trainer.iterate(0.01)
+    assert all(np.isfinite([*told.losses.values(), *told.terms.values(), told.kl]))
+    assert any((a != b).any() for a, b in zip(before, trainer.actor.parameters(), strict=True))
 
 
 def test_every_world_has_its_own_friction_mass_and_gains(tasks):
@@ -62,32 +122,35 @@ def test_every_world_has_its_own_friction_mass_and_gains(tasks):
 def test_a_robot_that_is_put_back_goes_on_from_there(tasks):
     task = tasks[1]
     play(task, 3, STARTS)
+    still, own = torch.zeros((WORLDS, task.actions)), task.physics.own
     task.physics.qpos[1, 2] = np.nan
-    result = task.step(np.zeros((WORLDS, task.actions)))
-    assert list(result.causes["diverged"]) == [False, True, False, False]
-    task.reset(np.array([1]), np.array([STARTS[1]]))
-    assert np.isfinite(task.step(np.zeros((WORLDS, task.actions))).reward).all()
-    assert np.isfinite(task.physics.state).all()
+    result = task.step(still)
+    assert result.causes["diverged"].tolist() == [False, True, False, False]
+    task.reset(own(np.array([1])), own(np.array([STARTS[1]])))
+    assert torch.isfinite(task.step(still).reward).all()
+    assert torch.isfinite(task.physics.state).all()
 
 
 def test_constraints_that_do_not_fit_are_refused(tasks):
     physics = tasks[1].physics
-    physics._data.overflow.fill_(1)
+    physics.tensors["overflow"].fill_(1)
     with pytest.raises(TrackingError, match="did not fit in 4 worlds"):
         physics.step(physics.targets[:, 0])
-    physics._data.overflow.zero_()
+    physics.tensors["overflow"].zero_()
 
 
 def test_a_saved_task_goes_on_bit_for_bit(tasks):
     task = tasks[1]
     play(task, 5, STARTS)
+    task.rng = task.physics.chance(np.random.default_rng(0))
     saved = task.state_dict()
     ends = []
     for _ in range(2):
         task.load_state_dict(saved)
         for _ in range(5):
-            task.step(np.full((WORLDS, task.actions), 0.2))
-        ends.append(task.physics.state.copy())
+            task.step(torch.full((WORLDS, task.actions), 0.2))
+        task.reset(torch.arange(WORLDS))
+        ends.append(in_memory(task.physics.state).copy())
     np.testing.assert_array_equal(*ends)
 
 
