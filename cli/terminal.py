@@ -157,7 +157,7 @@ def progress(unit: str) -> Iterator[Tell]:
 
         def tell(stage: str, done: int, total: int, note: str = "") -> None:
             if stage not in tasks:
-                tasks[stage] = bar.add_task(f"{stage:<18}", total=total, note=note)
+                tasks[stage] = bar.add_task(f"{stage:<18}", total=total, note=note, completed=done)
             bar.update(tasks[stage], completed=done, total=total, note=note)
 
         yield tell
@@ -168,15 +168,15 @@ class _Lines:
 
     def __init__(self, unit: str) -> None:
         self._unit, self._said = unit, time.monotonic()
-        self._began: dict[str, float] = {}
+        self._began: dict[str, tuple[float, int]] = {}  # when, and with how much done: a resumed run begins with some
 
     def __call__(self, stage: str, done: int, total: int, note: str = "") -> None:
         now = time.monotonic()
-        began = self._began.setdefault(stage, now)
+        began, before = self._began.setdefault(stage, (now, done))
         if now - self._said < _QUIET_S:
             return
         self._said = now
-        left = (now - began) / done * (total - done) if done else 0.0
+        left = (now - began) / max(1, done - before) * (total - done)
         print(f"{stage}: {done}/{total} {self._unit}, {left:.0f} s to go{', ' if note else ''}{note}", file=sys.stderr)
 
 
