@@ -4,7 +4,8 @@
     python benchmarks/gpu_training.py groove_g1.npz [--worlds 1024 2048 4096 8192]
 
 Physics is MuJoCo-Warp's graph, task is observations, rewards and resets on the same device, learning is the networks, both
-when they act and when they are updated. The device is waited for between the parts, which costs the whole a little. Quality stands beside speed by `dance-train --engine warp`, which writes a curve.
+when they act and when they are updated. The device is waited for between the parts, which costs the whole a little.
+Quality stands beside speed by `dance-train --engine warp`, which writes a curve.
 """
 
 from __future__ import annotations
