@@ -79,6 +79,7 @@ def measure(robot: Any, reference: Any, worlds: int, device: str | None) -> tupl
     task.physics.step = timed(task.physics.step, spent, "physics")  # type: ignore[method-assign]
     for method in ("step", "observe", "reset"):
         setattr(task, method, timed(getattr(task, method), spent, "task"))
+    wait()
     began, steps = time.perf_counter(), 0
     for _ in range(ITERATIONS):
         steps += trainer.iterate(config.ppo.first_kl).steps
@@ -92,15 +93,21 @@ def timed(function: Callable[..., Any], spent: dict[str, float], part: str) -> C
     """The same function, which adds its time to a part."""
 
     def measured(*args: Any, **kwargs: Any) -> Any:
+        wait()
         began = time.perf_counter()
         try:
             return function(*args, **kwargs)
         finally:
-            if torch.cuda.is_available():
-                torch.cuda.synchronize()
+            wait()
             spent[part] += time.perf_counter() - began
 
     return measured
+
+
+def wait() -> None:
+    """Until the device has done what it was asked for."""
+    if torch.cuda.is_available():
+        torch.cuda.synchronize()
 
 
 if __name__ == "__main__":

@@ -156,7 +156,7 @@ class TrainConfig:
     envs: int = 256
     seed: int = 0
     threads: int = 0  # 0: as many as the process may use
-    engine: str = "mujoco"  # key of `engines.ENGINES`, for training; evaluations are MuJoCo's
+    engine: str = "mujoco"  # key of `engines.TRAINING`; evaluations are MuJoCo's
     evaluate_every: int = 200_000  # control steps between evaluations and checkpoints
     rollouts: int = 50  # per evaluation
     target: float = 0.97  # stop early when this share of rollouts finishes, twice in a row

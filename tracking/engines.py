@@ -27,3 +27,10 @@ def engine_names(asked: str) -> tuple[str, ...]:
             f"engine '{asked}'", found="no such engine", expected=f"one of {', '.join((*ENGINES, *_GROUPS))}"
         )
     return names
+
+
+def training_engine(name: str) -> Engine:
+    """An engine that can be trained in."""
+    if name not in TRAINING:
+        raise TrackingError(f"engine '{name}'", found="none to train in", expected=f"one of {', '.join(TRAINING)}")
+    return TRAINING[name]

@@ -82,7 +82,7 @@ def evaluate(
         rollouts: how many, at once.
         seed: of noise and robots.
         threads: of the physics; 0: all.
-        engine: the physics.
+        engine: the physics; one that computes in main memory.
         progress: told after every control step.
     """
     task = TrackingTask(

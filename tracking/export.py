@@ -21,6 +21,7 @@ from tracking.config import RandomisationConfig
 from tracking.contract import FROM_REFERENCE, Contract, write_contract
 from tracking.errors import TrackingError
 from tracking.golden import Golden, write_golden
+from tracking.prior import target_range
 from tracking.repertoire import Piece
 from tracking.runner import Policy, onnx_policy
 from tracking.standing import standing_gains
@@ -57,16 +58,22 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: Piece) ->
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder) as aside:
         path = Path(aside) / "policy.onnx"
-        _write_onnx(actor, task.actor.size, path)
+        model = actor.as_onnx(verbose=False).cpu().eval()  # a copy, normaliser and network
+        _write_onnx(model, task.actor.size, path)
+
+        def policy(observation: ndarray) -> ndarray:
+            with torch.inference_mode():
+                return np.asarray(model(torch.from_numpy(observation)).numpy(), dtype=np.float64)
+
         observation = in_memory(task.observe()[0])
-        difference = float(np.abs(onnx_policy(path)(observation) - torch_policy(actor)(observation)).max())
+        difference = float(np.abs(onnx_policy(path)(observation) - policy(observation)).max())
         if not difference < _AGREEMENT:
             raise TrackingError(
                 "export", found=f"actions {difference:.2g} apart from torch", expected=f"< {_AGREEMENT}"
             )
         path.replace(folder / "policy.onnx")
     write_contract(folder / "contract.json", contract_of(task, piece.sha256))
-    write_golden(folder / "golden.npz", record(torch_policy(actor), task, piece.reference))
+    write_golden(folder / "golden.npz", record(policy, task, piece.reference))
     return difference
 
 
@@ -103,7 +110,7 @@ def record(policy: Policy, like: TrackingTask, reference: Reference, seconds: fl
 def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
     """Everything that a runner must know, at full precision."""
     robot, draw = task.robot, task.config.randomisation
-    lower, upper, action_scale = (in_memory(x).astype(float) for x in (*task.target_range, task.action_scale))
+    lower, upper = target_range(robot, robot.lower, robot.upper)
     stand_kp, stand_kd = standing_gains(robot)
     return Contract(
         robot=robot.name,
@@ -120,7 +127,7 @@ def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
         upper=robot.upper,
         stand_kp=stand_kp,
         stand_kd=stand_kd,
-        action_scale=action_scale,
+        action_scale=task.config.action_scale * robot.effort / robot.kp,
         target=FROM_REFERENCE,
         target_lower=lower,
         target_upper=upper,
@@ -162,8 +169,7 @@ def _short(value: object) -> str:
     return text if len(text) < 60 else f"{text[:57]}..."
 
 
-def _write_onnx(actor: Any, size: int, path: Path) -> None:
-    model = actor.as_onnx(verbose=False).cpu().eval()
+def _write_onnx(model: torch.nn.Module, size: int, path: Path) -> None:
     with warnings.catch_warnings():
         # torch marks its TorchScript exporter as legacy; it writes one file, and needs no further packages.
         warnings.simplefilter("ignore")

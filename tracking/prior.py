@@ -43,6 +43,12 @@ def joint_targets(reference: Reference, servos: Servos) -> Float[ndarray, "T J"]
     return q + (np.clip(tau, -servos.effort, servos.effort) + servos.kd * qdot) / servos.kp
 
 
+def target_range(servos: Servos, lower: Float[ndarray, "J"], upper: Float[ndarray, "J"]) -> tuple[ndarray, ndarray]:
+    """How far beyond the joint limits [rad] a target may lie: where a motor pushes with all it has."""
+    reach = servos.effort / servos.kp
+    return lower - reach, upper + reach
+
+
 def _middle(x: Float[ndarray, "T J"]) -> Float[ndarray, "T J"]:
     """Mean of each frame and the one before."""
     return np.asarray(0.5 * (x + np.concatenate((x[:1], x[:-1]))), dtype=float)

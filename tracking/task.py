@@ -20,7 +20,7 @@ from tracking.config import TaskConfig
 from tracking.mujoco_batch import MujocoBatch
 from tracking.observations import Situation, actor_table, privileged_table
 from tracking.physics import Engine
-from tracking.prior import joint_targets
+from tracking.prior import joint_targets, target_range
 from tracking.randomisation import Pushes, draw_robots
 from tracking.rewards import beyond_soft_limits, reward_terms
 from tracking.runner import Measurement
@@ -69,11 +69,10 @@ class TrackingTask:
         tables = ReferenceTables(references, robot)
         self.tables = tables.on(own)
         self.targets = own(np.concatenate([joint_targets(r, robot) for r in references]))
-        # A motor pushes with all it has at this distance; further targets would only wind up.
-        reach = robot.effort / robot.kp
-        self.target_range = own(robot.lower - reach), own(robot.upper + reach)
+        lower, upper = target_range(robot, robot.lower, robot.upper)
+        self.target_range = own(lower), own(upper)
         self.joint_range = own(robot.lower), own(robot.upper)
-        self.action_scale = own(c.action_scale * reach)
+        self.action_scale = own(c.action_scale * robot.effort / robot.kp)
         self.encoder_bias, self.delay = own(drawn.encoder_bias), own(drawn.delay)
         self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng, own)
         self.starts = Starts(tables, self.dt, c.starts, self.weights or [1.0] * len(references), own)

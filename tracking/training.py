@@ -14,7 +14,7 @@ from robot_models import RobotModel
 from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.config import PpoConfig, TrainConfig
 from tracking.curves import TensorBoard, write_curves
-from tracking.engines import TRAINING
+from tracking.engines import training_engine
 from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
 from tracking.export import export_bundle, torch_policy
@@ -71,7 +71,7 @@ def train(
     task = TrackingTask(
         robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces],
         envs=team.share(config.envs, "--envs"), config=config.task, seed=config.seed + _APART * team.rank,
-        threads=team.threads(config.threads), engine=TRAINING[config.engine],
+        threads=team.threads(config.threads), engine=training_engine(config.engine),
     )  # fmt: skip
     trainer = Trainer(task, config.ppo, config.seed, config.threads, team)
     run, sha = Run(folder=folder), repertoire_sha256(pieces)

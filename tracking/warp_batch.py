@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 # What `draw_robots` draws anew for every robot; everything else is one model's for all worlds.
 _DRAWN = ("geom_friction", "body_mass", "body_inertia", "body_ipos", "actuator_gainprm", "actuator_biasprm")
 _PER_CONTACT = 4  # rows of a pyramidal friction cone
+_LAST_BITS = ("ITERATIONS", "LS_ITERATIONS")  # a solver that was stopped on purpose, as MuJoCo's is: nothing is missing
 
 
 class WarpBatch(PhysicsBatch):
@@ -68,6 +69,10 @@ class WarpBatch(PhysicsBatch):
         rows = _PER_CONTACT * soles + 2 * base.njnt + base.nv
         with self._wp.ScopedDevice(self._on):
             self._model = self._mjw.put_model(base, batch_sizes=dict.fromkeys(_DRAWN, n))
+            kinds = self._mjw.OverflowType
+            self._missing = int(kinds.ALL) & ~sum(int(kinds[name]) for name in _LAST_BITS)
+            self._model.opt.warn_overflow = self._missing
+            self._model.opt.graph_conditional = self._wp.is_conditional_graph_supported()
             for name in _DRAWN:
                 each = np.stack([getattr(m, name) for m in self.models]).astype(np.float32)
                 getattr(self._model, name).assign(each)
@@ -138,7 +143,7 @@ class WarpBatch(PhysicsBatch):
         self._simulated()
         self.qpos[:], self.qvel[:] = self.tensors["qpos"], self.tensors["qvel"]
         self.state[:, 0] += self.substeps * self.physics_dt
-        lost = int((self.tensors["overflow"] != 0).sum())
+        lost = int(((self.tensors["overflow"] & self._missing) != 0).sum())
         if lost:
             raise TrackingError(
                 "MuJoCo-Warp", found=f"contacts or constraints that did not fit in {lost} worlds", expected="room for all",
@@ -182,10 +187,18 @@ class _Bodies:
 
 
 def _cuda(warp: Any) -> str:
+    import torch
+
     count = warp.get_cuda_device_count()
     if not count:
         raise TrackingError(
             "--engine warp", found="no CUDA device", expected="one", cure="train on the processor",
+            option="engine", suggestion="mujoco",
+        )  # fmt: skip
+    if not torch.cuda.is_available():
+        raise TrackingError(
+            "--engine warp", found=f"torch {torch.__version__}, which was built for the processor", expected="CUDA's torch",
+            cure="install torch with CUDA (pytorch.org says how), or train on the processor",
             option="engine", suggestion="mujoco",
         )  # fmt: skip
     return f"cuda:{int(os.environ.get('LOCAL_RANK', '0')) % count}"

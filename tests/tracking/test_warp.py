@@ -77,14 +77,14 @@ def test_bodies_are_where_mujocos_are_and_move_as_they_do(tasks):
         np.testing.assert_allclose(in_memory(getattr(theirs, name)), getattr(ours, name), atol=1e-3, err_msg=name)
 
 
-def test_no_number_leaves_the_device_or_comes_to_it_while_robots_dance(tasks, monkeypatch):
+def test_no_array_leaves_the_device_or_comes_to_it_while_robots_dance(tasks, monkeypatch):
     task = tasks[1]
     task.rng = task.physics.chance(np.random.default_rng(0))
     action, everyone = task.physics.own(np.zeros((WORLDS, task.actions))), task.physics.own(np.arange(WORLDS))
     task.pushes.wait[:] = 2.0
 
     def refuse(*args, **kwargs):
-        raise AssertionError("numbers between the device and main memory")
+        raise AssertionError("arrays between the device and main memory")
 
     task.observe()  # makes what is made once
     with monkeypatch.context() as patched:
@@ -131,11 +131,15 @@ def test_a_robot_that_is_put_back_goes_on_from_there(tasks):
     assert torch.isfinite(task.physics.state).all()
 
 
-def test_constraints_that_do_not_fit_are_refused(tasks):
+def test_constraints_that_do_not_fit_are_refused_and_a_solver_that_is_stopped_is_not(tasks):
+    from mujoco_warp import OverflowType
+
     physics = tasks[1].physics
-    physics.tensors["overflow"].fill_(1)
+    physics.tensors["overflow"].fill_(int(OverflowType.ITERATIONS | OverflowType.LS_ITERATIONS))
+    physics.step(physics.targets[:, 0].clone())
+    physics.tensors["overflow"].fill_(int(OverflowType.NEFC))
     with pytest.raises(TrackingError, match="did not fit in 4 worlds"):
-        physics.step(physics.targets[:, 0])
+        physics.step(physics.targets[:, 0].clone())
     physics.tensors["overflow"].zero_()
 
 
