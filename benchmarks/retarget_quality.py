@@ -28,12 +28,22 @@ from retarget.robot_source import as_figure
 from retarget.targets import Targets, make_targets
 from robot_models import FEET, RobotModel, load_robot
 
-ROWS = (
-    "frames under the floor", "deepest point under the floor", "speed of a touching edge, mean", "slide per touch, mean",
-    "slide per touch, worst", "height of a touching edge, mean", "joint speed, share of the motor's",
-    "joint acceleration, share of the motor's", "joint jerk, p95", "frames with self-collision", "deepest self-collision",
-    "airborne frames", "airborne frames of the source", "limb direction error",
-)  # fmt: skip
+COLUMNS = {  # of the report, and their heads here
+    "frames under the floor": "under floor %",
+    "deepest point under the floor": "deepest mm",
+    "speed of a touching edge, mean": "touching cm/s",
+    "slide per touch, mean": "slide mm",
+    "slide per touch, worst": "worst mm",
+    "height of a touching edge, mean": "height mm",
+    "joint speed, share of the motor's": "speed share",
+    "joint acceleration, share of the motor's": "acc. share",
+    "joint jerk, p95": "jerk p95",
+    "frames with self-collision": "self-coll. %",
+    "deepest self-collision": "deepest mm",
+    "airborne frames": "airborne %",
+    "airborne frames of the source": "source's airborne %",
+    "limb direction error": "limbs °",
+}
 
 
 def main() -> None:
@@ -44,6 +54,7 @@ def main() -> None:
     parser.add_argument("--fps", type=float, default=None, help="of clips that do not say")
     parser.add_argument("--recordings", type=Path, default=None, help="folder for side-by-side recordings")
     args = parser.parse_args()
+    print(f"| clip, robot | | frames/s | {' | '.join(COLUMNS.values())} |\n|{'---|' * (3 + len(COLUMNS))}")
     for path in args.clips:
         for name in args.robots.split(","):
             compare(path, load_robot(name), args.seconds, args.fps, args.recordings)
@@ -61,6 +72,7 @@ def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, re
     segments = np.array([[0, source.frames, 0]])
     baseline = make_reference(robot, qpos, config.fps, contact=contacts.labels, segments=segments, meta={})
     judged_b = {m.name: m for m in measure(baseline, robot, source, config.gates).metrics}
+    retarget(cut(clip, 0.0, 1.0), robot, config)  # imports
     ours, rate = timed(lambda: retarget(clip, robot, config), source.frames)
     judged = {m.name: m for m in ours.report.metrics}
     if recordings is not None:
@@ -68,14 +80,10 @@ def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, re
 
         both = {"loop B": baseline, "whole clip": ours.reference}
         save_comparison(recordings / f"{path.stem}_{robot.name}.rrd", robot, source, both)
-    print(f"\n{path.name} on {robot.name}, {source.frames / config.fps:.0f} s at {config.fps:g} frames/s\n")
-    print("| | loop B | ours |\n|---|---|---|")
-    print(f"| frames/s | {rate_b:.0f} | {rate:.0f} |")
-    for name in ROWS:
-        print(
-            f"| {name}, {judged[name].unit or 'share'} | {judged_b[name].value:.3g} | {judged[name].value:.3g} |",
-            flush=True,
-        )
+    for solver, speed, told in (("B", rate_b, judged_b), ("ours", rate, judged)):
+        numbers = " | ".join(f"{float(f'{told[name].value:.3g}'):g}" for name in COLUMNS)
+        who = f"{path.stem} ({source.frames / config.fps:.0f} s), {robot.name}" if solver == "B" else ""
+        print(f"| {who} | {solver} | {speed:.0f} | {numbers} |", flush=True)
 
 
 def timed(work: Callable[[], object], frames: int) -> tuple[object, float]:
