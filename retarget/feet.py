@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from clips import FREE, HumanClip
@@ -87,9 +87,9 @@ def _one_foot(
         locked[part] = True
     if not locked.any():
         return _above_floor(pos, quat, sole), quat, np.zeros((len(pos), 2))
-    new_pos = pos + _spread(locked_pos - pos, locked, clip.fps)
+    new_pos = pos + spread(locked_pos - pos, locked, clip.fps)
     turn = rot.log(rot.multiply(locked_quat, rot.conjugate(quat)))
-    new_quat = rot.multiply(rot.exp(_spread(turn, locked, clip.fps)), quat)
+    new_quat = rot.multiply(rot.exp(spread(turn, locked, clip.fps)), quat)
     new_pos, new_quat = _eased_off(new_pos, new_quat, locked_pos, locked_quat, locked & ~pivot, clip.fps)
     new_quat[pivot] = rot.from_yaw(rot.yaw(new_quat[pivot]))
     new_pos[pivot, 2] = -sole.z
@@ -133,7 +133,7 @@ def _ramp_from(flat: ndarray, fps: float) -> ndarray:
     return smoothstep(away_from(flat) / max(1.0, _RAMP_S * fps))
 
 
-def _spread(difference: ndarray, locked: ndarray, fps: float) -> ndarray:
+def spread(difference: Float[ndarray, "T n"], locked: Bool[ndarray, "T"], fps: float) -> Float[ndarray, "T n"]:
     """The difference where locked, eased between neighbouring locks elsewhere."""
     out = np.where(locked[:, None], difference, 0.0)
     fade = int(_LONG_SWING_S * fps / 2)

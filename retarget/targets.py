@@ -18,6 +18,7 @@ from retarget.body import trunk_frames
 from retarget.config import RetargetConfig
 from retarget.contacts import Contacts
 from retarget.feet import FootTargets, flat_height, foot_targets
+from retarget.footprints import parted
 from retarget.smooth import smooth
 from robot_models import FEET, RobotModel, forward_kinematics
 from robot_models import rotation as rot
@@ -61,7 +62,7 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
     """Lay the source out in the robot's proportions with its feet locked."""
     zero_pos, zero_quat = _zero_pose(robot)
     scale = robot.leg_length / _leg_length(clip)
-    feet = foot_targets(clip, contacts, robot, scale)
+    feet = parted(foot_targets(clip, contacts, robot, scale), robot, clip.fps)
     pelvis, torso = trunk_frames(clip)
     hips = 0.5 * (clip.point("left_hip") + clip.point("right_hip"))
     floor = np.mean([flat_height(clip, contacts, k) for k in range(2)])
