@@ -1,6 +1,6 @@
-"""Stances whose soles would overlap are moved apart: a robot's feet are wider than a person's in its size.
+"""Feet that would meet are led apart: a robot's are wider than a person's in its size.
 
-Each stance moves as one, so that nothing slides; the swings between follow.
+Each stance moves as one, so that nothing slides. The swings between follow, and go round the foot that stands.
 """
 
 from __future__ import annotations
@@ -8,22 +8,22 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import FREE
 from clips.runs import runs_of
-from retarget.feet import FootTargets, spread
+from retarget.feet import FootTargets, smoothstep, spread
 from robot_models import FEET, RobotModel
 from robot_models import rotation as rot
 
 _GAP = 0.010  # kept between the soles of two standing feet [m]
+_LOW = 0.12  # one foot over the other, up to which they meet [m]
 _ROUNDS = 10  # a stance that gives way to one may meet another
-_NOTHING = 5e-4  # of a move [m]
 
 
 def parted(feet: FootTargets, robot: RobotModel, fps: float) -> FootTargets:
-    """The same feet, no sole on another while both stand; each gives way by half.
+    """The same feet, no sole on another: of two that stand each gives way by half, else the one that swings.
 
     Args:
         feet: where they would be.
@@ -31,19 +31,46 @@ def parted(feet: FootTargets, robot: RobotModel, fps: float) -> FootTargets:
         fps: of the frames.
     """
     stands = (feet.contact != FREE).reshape(-1, 2, 2).any(axis=2)
+    both, low = stands.all(axis=1), np.abs(feet.pos[:, 0, 2] - feet.pos[:, 1, 2]) < _LOW
     moved = np.zeros_like(feet.shift)
     for _ in range(_ROUNDS):
-        apart = np.where(stands.all(axis=1)[:, None], _overlap(feet, moved, robot), 0.0)
-        if np.abs(apart).max(initial=0.0) < _NOTHING:
-            break
+        overlap = _overlap(feet, moved, robot) * both[:, None]
         for k, way in enumerate((-0.5, 0.5)):
-            needed = np.zeros_like(apart)
-            for a, b in runs_of(stands[:, k]):
-                needed[a:b] = apart[a + np.argmax(np.linalg.norm(apart[a:b], axis=1))]
-            moved[:, k] += way * spread(needed, stands[:, k], fps)
+            moved[:, k] += way * spread(_of_stances(overlap, stands[:, k]), stands[:, k], fps)
+    for _ in range(_ROUNDS):
+        overlap = _overlap(feet, moved, robot) * low[:, None]
+        for k, way in enumerate((-1.0, 1.0)):
+            moved[:, k] += way * _round_the_other(overlap * stands[:, 1 - k, None], ~stands[:, k])
     pos = feet.pos.copy()
     pos[..., :2] += moved
     return replace(feet, pos=pos, shift=feet.shift + moved)
+
+
+def _of_stances(overlap: Float[ndarray, "T 2"], stands: Bool[ndarray, "T"]) -> Float[ndarray, "T 2"]:
+    """Every stance's longest way, in all its frames."""
+    out = np.zeros_like(overlap)
+    for a, b in runs_of(stands):
+        out[a:b] = overlap[a + _longest(overlap[a:b])]
+    return out
+
+
+def _round_the_other(overlap: Float[ndarray, "T 2"], swings: Bool[ndarray, "T"]) -> Float[ndarray, "T 2"]:
+    """Every swing's longest way, taken up and given back smoothly on both sides of the frame that needs it."""
+    out = np.zeros_like(overlap)
+    for a, b in runs_of(swings):
+        top = _longest(overlap[a:b])
+        out[a:b] = _bump(b - a, top)[:, None] * overlap[a + top]
+    return out
+
+
+def _longest(ways: Float[ndarray, "T 2"]) -> int:
+    return int(np.argmax(np.linalg.norm(ways, axis=1)))
+
+
+def _bump(frames: int, top: int) -> Float[ndarray, "T"]:
+    """Rises smoothly from 0 to 1 at `top`, and falls again."""
+    t = np.arange(frames)
+    return smoothstep(np.minimum((t + 1) / (top + 1), (frames - t) / (frames - top)))
 
 
 def _overlap(feet: FootTargets, moved: Float[ndarray, "T 2 2"], robot: RobotModel) -> Float[ndarray, "T 2"]:

@@ -1,4 +1,4 @@
-"""Soles of standing feet do not overlap, and a stance that gives way does so as one."""
+"""Soles do not overlap: a stance that gives way does so as one, a swing goes round."""
 
 import numpy as np
 import pytest
@@ -17,15 +17,15 @@ def robot():
     return load_robot("dancer")
 
 
-def walking(robot, apart, yaw=0.0):
+def walking(robot, apart, yaw=0.0, height=0.03):
     """Both feet stand, left swings to where it overlaps more, both stand, right swings away; `apart` in y [m]."""
     stands = np.ones((120, 2), dtype=bool)
     stands[40:60, 0], stands[90:100, 1] = False, False
     pos = np.zeros((120, 2, 3))
-    pos[:, 0, 1], pos[:, 1, 1] = apart, 0.0
-    pos[60:, 0, 1] = 0.5 * apart
-    pos[100:, 1, 1] = -0.5
+    pos[:, 0, 1] = np.interp(np.arange(120), (39, 60), (apart, 0.5 * apart))
+    pos[:, 1, 1] = np.interp(np.arange(120), (89, 100), (0.0, -0.5))
     pos[..., 2] = [-robot.soles[s].z for s in FEET]
+    pos[40:60, 0, 2] += height
     quat = np.stack((rot.from_yaw(np.full(120, yaw)), rot.from_yaw(np.zeros(120))), axis=1)
     contact = np.where(np.repeat(stands, 2, axis=1), PLANTED, FREE)
     return FootTargets(pos=pos, quat=quat, contact=contact, shift=np.zeros((120, 2, 2)))
@@ -57,6 +57,15 @@ def test_standing_soles_are_parted_and_each_stance_moves_as_one(robot, yaw):
     for k, (a, b) in ((0, (0, 40)), (0, (60, 120)), (1, (0, 90)), (1, (100, 120))):
         assert np.ptp(moved[a:b, k], axis=0).max() < 1e-12
     assert np.abs(np.diff(moved, axis=0)).max() < 0.02  # swings ease from one to the next
+
+
+def test_a_foot_that_swings_goes_round_the_one_that_stands_but_not_if_it_is_far_above(robot):
+    low, high = (parted(walking(robot, apart=0.06, height=h), robot, FPS) for h in (0.03, 0.3))
+    assert shared(robot, walking(robot, apart=0.06), 50)
+    assert not any(shared(robot, low, t) for t in range(41, 59))
+    # Where it passes far above it goes no further aside than its stances do.
+    stances = high.shift[[20, 70], 0, 1]
+    assert stances.min() - 1e-9 <= high.shift[50, 0, 1] <= stances.max() + 1e-9
 
 
 def test_feet_that_stand_clear_of_one_another_stay(robot):
