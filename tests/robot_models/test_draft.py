@@ -123,28 +123,24 @@ def test_ranges_that_differ_left_and_right_are_doubted(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("file", "wrong"),
+    "file",
     [
-        ("romeo_description/urdf/romeo_small.urdf", ""),
-        (
-            "talos_data/robots/talos_full_v2.urdf",
-            "deepest self-collision",
-        ),  # its arms' capsules are wider than its arms
-        ("g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf", ""),
+        "romeo_description/urdf/romeo_small.urdf",
+        "talos_data/robots/talos_full_v2.urdf",
+        "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf",
     ],
 )
-def test_a_strangers_urdf_dances_at_once(tmp_path, file, wrong, capsys, monkeypatch):
+def test_a_strangers_urdf_dances_at_once(tmp_path, file, capsys, monkeypatch):
     if not (SHARE / file).is_file():
         pytest.skip("example-robot-data is not installed")
     from cli.robot import main
     from robot_models.surface import body_geoms
 
     monkeypatch.chdir(tmp_path)
-    assert main(["add", str(SHARE / file), "--name", "stranger", "-o", "stranger.toml"]) == bool(wrong)
+    assert main(["add", str(SHARE / file), "--name", "stranger", "-o", "stranger.toml"]) == 0
     said = capsys.readouterr().out
     assert "stands 3.0 of 3 s" in said
-    told = [line for line in said.splitlines() if line.startswith("look at")]
-    assert len(told) == bool(wrong) and all(wrong in line for line in told)
+    assert "look at" not in said.replace("look at each of them", "")
     error = re.search(r"limb direction error\s+([0-9.]+)", said)
     assert error and float(error[1]) < 6.0
     assert (tmp_path / "stranger_check.rrd").stat().st_size > 1e5
