@@ -32,13 +32,18 @@ def parted(feet: FootTargets, robot: RobotModel, fps: float) -> FootTargets:
     """
     stands = (feet.contact != FREE).reshape(-1, 2, 2).any(axis=2)
     both, low = stands.all(axis=1), np.abs(feet.pos[:, 0, 2] - feet.pos[:, 1, 2]) < _LOW
+    middles, axes, room = _footprints(feet, robot)
     moved = np.zeros_like(feet.shift)
     for _ in range(_ROUNDS):
-        overlap = _overlap(feet, moved, robot) * both[:, None]
+        overlap = _overlap(middles + moved, axes, room) * both[:, None]
+        if not overlap.any():
+            break
         for k, way in enumerate((-0.5, 0.5)):
             moved[:, k] += way * spread(_of_stances(overlap, stands[:, k]), stands[:, k], fps)
     for _ in range(_ROUNDS):
-        overlap = _overlap(feet, moved, robot) * low[:, None]
+        overlap = _overlap(middles + moved, axes, room) * (low & ~both)[:, None]
+        if not overlap.any():
+            break
         for k, way in enumerate((-1.0, 1.0)):
             moved[:, k] += way * _round_the_other(overlap * stands[:, 1 - k, None], ~stands[:, k])
     pos = feet.pos.copy()
@@ -73,21 +78,28 @@ def _bump(frames: int, top: int) -> Float[ndarray, "T"]:
     return smoothstep(np.minimum((t + 1) / (top + 1), (frames - t) / (frames - top)))
 
 
-def _overlap(feet: FootTargets, moved: Float[ndarray, "T 2 2"], robot: RobotModel) -> Float[ndarray, "T 2"]:
-    """The shortest way that the right sole must go to be clear of the left one, by separating axes [m]."""
+def _footprints(
+    feet: FootTargets, robot: RobotModel
+) -> tuple[Float[ndarray, "T 2 2"], Float[ndarray, "T 4 2"], Float[ndarray, "T 4"]]:
+    """Both soles on the floor: middles, the directions of their sides, and along these the room that the two need."""
     yaw = rot.yaw(feet.quat)
-    ahead = np.stack((np.cos(yaw), np.sin(yaw)), axis=-1)  # (T, foot, 2)
+    ahead = np.stack((np.cos(yaw), np.sin(yaw)), axis=-1)
     axes = np.concatenate((ahead, np.stack((-ahead[..., 1], ahead[..., 0]), axis=-1)), axis=1)
-    middles, extents = [], []
+    middles, room = feet.pos[..., :2].copy(), np.full(axes.shape[:2], _GAP)
     for k, side in enumerate(FEET):
-        corners = np.asarray(robot.soles[side].corners)
-        level = np.concatenate((corners[:, :2], np.zeros((4, 1))), axis=1)
-        placed = rot.rotate(rot.from_yaw(yaw[:, k])[:, None], level[None])[..., :2]
-        along = np.einsum("tcx,tax->tac", placed, axes)
-        middles.append(feet.pos[:, k, :2] + moved[:, k] + placed.mean(axis=1))
-        extents.append(0.5 * np.ptp(along, axis=2))
-    between = np.einsum("tx,tax->ta", middles[1] - middles[0], axes)
-    depth = extents[0] + extents[1] + _GAP - np.abs(between)
-    best = np.argmin(depth, axis=1)[:, None]
-    depth, side_of = np.take_along_axis(depth, best, axis=1), np.take_along_axis(between, best, axis=1)
-    return np.maximum(depth, 0.0) * np.where(side_of < 0.0, -1.0, 1.0) * axes[np.arange(len(axes)), best[:, 0]]
+        corners = np.asarray(robot.soles[side].corners) * [1.0, 1.0, 0.0]
+        placed = rot.rotate(rot.from_yaw(yaw[:, k])[:, None], corners[None])[..., :2]
+        middles[:, k] += placed.mean(axis=1)
+        room += 0.5 * np.ptp(placed @ axes.swapaxes(1, 2), axis=1)
+    return middles, axes, room
+
+
+def _overlap(
+    middles: Float[ndarray, "T 2 2"], axes: Float[ndarray, "T 4 2"], room: Float[ndarray, "T 4"]
+) -> Float[ndarray, "T 2"]:
+    """The shortest way that the right sole must go to be clear of the left one, by separating axes [m]."""
+    between = (axes @ (middles[:, 1] - middles[:, 0])[..., None])[..., 0]
+    depth = room - np.abs(between)
+    frames, best = np.arange(len(axes)), np.argmin(depth, axis=1)
+    way = np.where(between[frames, best] < 0.0, -1.0, 1.0) * np.maximum(depth[frames, best], 0.0)
+    return way[:, None] * axes[frames, best]
