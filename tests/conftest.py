@@ -12,6 +12,9 @@ install_import_hook(["robot_models", "clips", "retarget"], "shape_checker.checke
 import numpy as np
 import pytest
 
+from robot_models import load_robot
+from robot_models import rotation as rot
+
 SAMPLES = Path(__file__).parent.parent / "clips" / "samples"
 SHARED = Path(__file__).parent.parent.parent / "shared" / "clips"
 
@@ -52,3 +55,15 @@ def shared():
     if not SHARED.is_dir():
         pytest.skip("the shared clips are not on this machine")
     return SHARED
+
+
+@pytest.fixture
+def motion(rng):
+    """A G1 that sways on its feet: root position, root wxyz, joints."""
+    robot = load_robot("g1")
+    t = np.arange(90) / 30
+    qpos = np.tile(robot.default_qpos, (90, 1))
+    qpos[:, 3:7] = rot.from_yaw(0.9 + 0.2 * np.sin(t))
+    qpos[:, 7 + robot.joint("left_shoulder_pitch_joint")] += 0.5 * np.sin(3 * t)
+    qpos[:, 7 + robot.joint("right_elbow_joint")] += 0.3 * np.cos(2 * t)
+    return qpos
