@@ -82,19 +82,22 @@ class _Descent:
         """Frames that still move, or that have not been solved and miss something that must hold, and those around."""
         if np.isinf(self.wanted).all():
             self.wanted = np.where(self._missed(), np.inf, 0.0)
-        return widened(self.wanted > self._config.settled, margin)
+        return widened((self.wanted > self._config.settled) | self._beyond(), margin)
 
     def _missed(self) -> ndarray:
         kin = kinematics(self._robot, self.qpos)
         residual, _, body_rows = self._goals.rows(kin)
         missed = _squared(residual[:, body_rows:]) > _FEET_OFF
-        pinned = self._goals.posture_weight > self._goals.weights.posture
+        pinned = self._goals.posture_weight == self._goals.weights.pin
         missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._goals.posture) > _PIN_OFF)).any(axis=1)
-        for bound in self._bounds:
-            missed |= bound.touched(bound.excess(self.qpos[:, 7:]))
         for places, wanted in _near_places(self.qpos, kin, self._proximity, self._config):
             missed[places.frame[places.gap < wanted - _GAP_OFF]] = True
         return missed
+
+    def _beyond(self) -> ndarray:
+        """Frames beyond a joint limit."""
+        joints = self.qpos[:, 7:]
+        return np.any([bound.touched(bound.excess(joints)) for bound in self._bounds], axis=0)
 
     def kept(self, margin: int) -> Float[ndarray, "T nq"]:
         """The result without steps that failed, moved into the joint limits where it still leaves them."""

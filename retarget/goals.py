@@ -12,6 +12,7 @@ from numpy import ndarray
 from clips import PIVOTING
 from retarget.config import GoalWeights
 from retarget.feet import edge_share
+from retarget.free_joints import free_joints
 from retarget.targets import Targets
 from robot_models import FEET, RobotModel
 from robot_models import rotation as rot
@@ -92,7 +93,8 @@ def make_goals(
     edge_weight = np.repeat((weights.swing + share * (weights.planted - weights.swing))[..., None], 3, axis=2)
     edge_weight[..., :2][feet.contact == PIVOTING] = weights.pivot
     touching = share.reshape(-1, 2, 2).max(axis=2)
-    posture_weight = np.full(posture.shape, weights.posture)
+    firmness = np.where(free_joints(robot), weights.free_joint, weights.posture)
+    posture_weight = np.broadcast_to(firmness, posture.shape)
     if pins is not None:
         pinned = np.isfinite(pins)
         posture, posture_weight = np.where(pinned, pins, posture), np.where(pinned, weights.pin, posture_weight)
