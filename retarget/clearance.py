@@ -17,7 +17,7 @@ from retarget.band import BandedSystem
 from robot_models import RobotModel, sole_corners
 from robot_models import rotation as rot
 from robot_models.build import BODY_BIT
-from robot_models.jacobians import Kinematics, ancestors
+from robot_models.jacobians import Kinematics, ancestors, moved
 
 WORLD = -1
 
@@ -73,18 +73,10 @@ class Clearance:
 
 def _rows(places: Places, kin: Kinematics) -> ndarray:
     """Derivatives of the gaps: n . (velocity of second - velocity of first) at the point."""
-    joints = kin.axes.shape[1]
-    carried = np.vstack((ancestors(kin.robot), np.zeros((1, joints), dtype=bool))).astype(float)
-    rooted = np.append(np.ones(len(carried) - 1), 0.0)
-    t, n = places.frame, places.normal
-    out = np.zeros((len(t), 6 + joints))
-    share = (rooted[places.second] - rooted[places.first])[:, None]
-    out[:, :3] = share * n
-    out[:, 3:6] = share * rot.cross(places.point - kin.pos[t, 0], n)
-    # n . (axis x arm) = axis . (arm x n)
-    turned = rot.cross(places.point[:, None] - kin.anchors[t], np.broadcast_to(n[:, None], kin.axes[t].shape))
-    out[:, 6:] = (carried[places.second] - carried[places.first]) * (kin.axes[t] * turned).sum(axis=-1)
-    return out
+    force = np.concatenate((rot.cross(places.point, places.normal), places.normal), axis=1)
+    moves = moved(kin.robot)
+    out = (kin.screws[places.frame] @ force[..., None])[..., 0]
+    return np.asarray(out * (moves[places.second] - moves[places.first]))
 
 
 def low_soles(robot: RobotModel, kin: Kinematics, within: float) -> Places:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -13,12 +12,13 @@ from clips import PIVOTING
 from retarget.config import GoalWeights
 from retarget.feet import edge_share
 from retarget.free_joints import free_joints
-from retarget.targets import Targets
+from retarget.targets import LIMBS, Targets
 from robot_models import FEET, RobotModel
 from robot_models import rotation as rot
-from robot_models.jacobians import Kinematics
+from robot_models.jacobians import Kinematics, forces
 
 _X = np.array([1.0, 0.0, 0.0])
+_COUPLES = np.eye(3, 6)  # wrenches of unit couples about the world's axes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,7 +29,7 @@ class Goals:
     pelvis_pos: Float[ndarray, "T 3"]
     pelvis_quat: Float[ndarray, "T 4"]
     torso_quat: Float[ndarray, "T 4"]
-    limbs: Mapping[tuple[str, str], Float[ndarray, "T 3"]]  # (from, to) -> vector [m]
+    limbs: Float[ndarray, "T L 3"]  # vectors, in the order of LIMBS [m]
     edges: Float[ndarray, "T 4 3"]  # heel and toe of the left and the right sole [m]
     foot_quat: Float[ndarray, "T 2 4"]
     posture: Float[ndarray, "T J"]
@@ -39,32 +39,77 @@ class Goals:
 
     def at(self, frames: Int[ndarray, "F"]) -> Goals:
         """The same goals on some of the frames."""
-        picked = {f.name: getattr(self, f.name)[frames] for f in fields(self) if f.name not in ("weights", "limbs")}
-        return Goals(weights=self.weights, limbs={k: v[frames] for k, v in self.limbs.items()}, **picked)
+        picked = {f.name: getattr(self, f.name)[frames] for f in fields(self) if f.name != "weights"}
+        return Goals(weights=self.weights, **picked)
 
     def rows(self, kin: Kinematics) -> tuple[Float[ndarray, "T R"], Float[ndarray, "T R nv"], int]:
         """Weighted residuals, their derivatives, and how many rows are the body's: the feet's come after them."""
-        w, robot = self.weights, kin.robot
-        out = _Rows(kin)
-        out.add(kin.pos[:, 0] - self.pelvis_pos, out.point(0), w.pelvis_position)
-        out.add(_turn(kin.quat[:, 0], self.pelvis_quat), kin.turn_jacobian(0), w.pelvis_orientation)
-        torso = robot.landmark("torso")
-        out.add(_turn(kin.quat[:, torso], self.torso_quat), kin.turn_jacobian(torso), w.torso_orientation)
-        for (start, end), vector in self.limbs.items():
-            a, b = robot.landmark(start), robot.landmark(end)
-            weight = w.leg if start.endswith(("hip", "knee")) else w.arm
-            out.add(kin.pos[:, b] - kin.pos[:, a] - vector, out.point(b) - out.point(a), weight)
-        body_rows = out.count
-        for k, side in enumerate(FEET):
-            foot, sole = robot.landmark(f"{side}_foot"), robot.soles[side]
-            for j, edge in enumerate((sole.heel, sole.toe), start=2 * k):
-                point = kin.pos[:, foot] + rot.rotate(kin.quat[:, foot], np.broadcast_to(edge, (len(kin.pos), 3)))
-                out.add(point - self.edges[:, j], kin.point_jacobian(foot, point), self.edge_weight[:, j])
-            # Two points leave the foot free to roll about the line through them.
-            along = rot.rotate(self.foot_quat[:, k], np.broadcast_to(_X, (len(kin.pos), 3)))
-            roll = (_turn(kin.quat[:, foot], self.foot_quat[:, k]) * along).sum(axis=1, keepdims=True)
-            out.add(roll, along[:, None] @ kin.turn_jacobian(foot), self.roll_weight[:, k, None])
-        return np.concatenate(out.residuals, axis=1), np.concatenate(out.jacobians, axis=1), body_rows
+        body, foot = self._body_groups(kin), self._foot_groups(kin)
+        groups, frames = (*body, *foot), len(kin.pos)
+        residual = np.concatenate([(g.weight * g.error).reshape(frames, -1) for g in groups], axis=1)
+        pulls = np.concatenate([(g.weight[..., None] * g.pull).reshape(frames, -1, 6) for g in groups], axis=1)
+        jacobian = kin.derivatives(np.concatenate([np.repeat(g.bodies, g.error.shape[2]) for g in groups]), pulls)
+        # A limb is the way from one body to another: its other end takes its part off again.
+        starts = np.array([kin.robot.landmark(start) for start, _ in LIMBS])
+        rows = slice(3, 3 + 3 * len(starts))
+        pulls = (_limb_weight(self.weights)[..., None] * forces(kin.pos[:, starts])).reshape(frames, -1, 6)
+        jacobian[:, rows] -= kin.derivatives(np.repeat(starts, 3), pulls)
+        return residual, jacobian, sum(g.error.shape[1] * g.error.shape[2] for g in body)
+
+    def _body_groups(self, kin: Kinematics) -> tuple[_Group, ...]:
+        w, at = self.weights, kin.robot.landmark
+        starts, ends = (np.array([at(limb[k]) for limb in LIMBS]) for k in (0, 1))
+        trunk = np.array([0, at("torso")])
+        turn = _turn(kin.quat[:, trunk], np.stack((self.pelvis_quat, self.torso_quat), axis=1))
+        return (
+            _Group(
+                bodies=np.array([0]),
+                error=kin.pos[:, :1] - self.pelvis_pos[:, None],
+                pull=forces(kin.pos[:, :1]),
+                weight=np.full((1, 1), w.pelvis_position),
+            ),
+            _Group(
+                bodies=ends,
+                error=kin.pos[:, ends] - kin.pos[:, starts] - self.limbs,
+                pull=forces(kin.pos[:, ends]),
+                weight=_limb_weight(w),
+            ),
+            _Group(
+                bodies=trunk,
+                error=turn,
+                pull=np.broadcast_to(_COUPLES, (*turn.shape, 6)),
+                weight=np.array([[w.pelvis_orientation], [w.torso_orientation]]),
+            ),
+        )
+
+    def _foot_groups(self, kin: Kinematics) -> tuple[_Group, ...]:
+        soles = kin.robot.soles.values()
+        feet = np.array([kin.robot.body(sole.body) for sole in soles])
+        carrying = np.repeat(feet, 2)
+        ends = np.array([end for sole in soles for end in (sole.heel, sole.toe)])
+        points = kin.pos[:, carrying] + rot.rotate(kin.quat[:, carrying], ends)
+        # Two points leave the foot free to roll about the line through them.
+        along = rot.rotate(self.foot_quat, np.broadcast_to(_X, (*self.foot_quat.shape[:2], 3)))
+        roll = (_turn(kin.quat[:, feet], self.foot_quat) * along).sum(axis=2)
+        return (
+            _Group(bodies=carrying, error=points - self.edges, pull=forces(points), weight=self.edge_weight),
+            _Group(
+                bodies=feet,
+                error=roll[..., None],
+                pull=(along[:, :, None] @ _COUPLES),
+                weight=self.roll_weight[..., None],
+            ),
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Group:
+    """n bodies with k rows each: what is off, and the wrench that each row follows."""
+
+    bodies: Int[ndarray, "n"]
+    error: Float[ndarray, "T n k"]
+    pull: Float[ndarray, "T n k 6"]
+    weight: ndarray  # of the errors, as far as they broadcast
 
 
 def make_goals(
@@ -103,7 +148,7 @@ def make_goals(
         pelvis_pos=targets.pelvis_pos,
         pelvis_quat=targets.pelvis_quat,
         torso_quat=targets.torso_quat,
-        limbs=targets.limbs,
+        limbs=np.stack([targets.limbs[limb] for limb in LIMBS], axis=1),
         edges=np.stack(edges, axis=1),
         foot_quat=feet.quat,
         posture=posture,
@@ -113,28 +158,8 @@ def make_goals(
     )
 
 
-class _Rows:
-    """Residuals and derivatives, collected."""
-
-    def __init__(self, kin: Kinematics) -> None:
-        self._kin = kin
-        self._points: dict[int, ndarray] = {}
-        self.residuals: list[ndarray] = []
-        self.jacobians: list[ndarray] = []
-
-    @property
-    def count(self) -> int:
-        return sum(r.shape[1] for r in self.residuals)
-
-    def point(self, body: int) -> ndarray:
-        """Derivative of a body's origin, made once."""
-        if body not in self._points:
-            self._points[body] = self._kin.point_jacobian(body, self._kin.pos[:, body])
-        return self._points[body]
-
-    def add(self, residual: ndarray, jacobian: ndarray, weight: float | ndarray) -> None:
-        self.residuals.append(weight * residual)
-        self.jacobians.append((weight if np.ndim(weight) == 0 else np.asarray(weight)[..., None]) * jacobian)
+def _limb_weight(w: GoalWeights) -> Float[ndarray, "L 1"]:
+    return np.array([[w.leg if start.endswith(("hip", "knee")) else w.arm] for start, _ in LIMBS])
 
 
 def _turn(quat: ndarray, wanted: ndarray) -> ndarray:

@@ -39,13 +39,13 @@ def quadratic_model(
     Returns:
         The system of the step, and the gradient at none.
     """
-    across = np.ascontiguousarray(jacobian.swapaxes(1, 2))
-    hessian, gradient = across @ jacobian, (across @ residual[..., None])[..., 0]
+    hessian, gradient = jacobian.swapaxes(1, 2) @ jacobian, (residual[:, None] @ jacobian)[:, 0]
     joints = range(6, hessian.shape[1])
     hessian[:, joints, joints] += goals.posture_weight**2
     gradient[:, 6:] += goals.posture_weight**2 * (qpos[:, 7:] - goals.posture)
     # Smoothness is measured against what the body's goals weigh, not the feet's: a planted foot shall not shake it.
-    curvature = np.median(np.square(jacobian[:, :body_rows]).sum(axis=1), axis=0)
+    body = jacobian[:, :body_rows]
+    curvature = np.median(np.einsum("tri,tri->ti", body, body), axis=0)
     curvature = np.maximum(curvature, np.median(curvature[6:]))
     system = BandedSystem(hessian)
     system.add_diagonal(1e-3 + damping[:, None] * curvature)

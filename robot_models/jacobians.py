@@ -1,7 +1,11 @@
-"""Derivatives of body poses for whole clips at once.
+"""Derivatives of body poses for whole clips at once, as products of screws and wrenches.
 
 The tangent of a configuration is [root translation in the world, root rotation in the world, joints]: unlike MuJoCo's
 qvel its rotation is a world vector (left multiplication), which keeps every formula in one frame.
+
+Every coordinate moves what it carries by a screw [angular velocity, velocity of the world's origin]; a unit force
+along n at a point p is the wrench [p x n, n], a couple about n is [n, 0]. Their product is how fast p moves along n, or
+the body turns about n (Murray, Li & Sastry 1994, section 2.5).
 """
 
 from __future__ import annotations
@@ -10,7 +14,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from robot_models import rotation as rot
@@ -20,43 +24,41 @@ from robot_models.robot import RobotModel
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Kinematics:
-    """Poses of all bodies and what their derivatives are made of. T frames, B bodies, J joints."""
+    """Poses of all bodies and what their derivatives are made of. T frames, B bodies."""
 
     robot: RobotModel
     pos: Float[ndarray, "T B 3"]  # [m]
     quat: Float[ndarray, "T B 4"]  # wxyz
-    axes: Float[ndarray, "T J 3"]  # joint axes in the world
-    anchors: Float[ndarray, "T J 3"]  # points on the joint axes [m]
+    screws: Float[ndarray, "T nv 6"]  # per unit of each coordinate
 
-    def point_jacobian(self, body: int, points_w: Float[ndarray, "T 3"]) -> Float[ndarray, "T 3 nv"]:
-        """Derivative of a world point that moves with a body."""
-        carried = ancestors(self.robot)[body]
-        out = np.zeros((len(points_w), 3, 6 + len(carried)))
-        out[:, [0, 1, 2], [0, 1, 2]] = 1.0
-        # w x r is -[r]x w.
-        x, y, z = np.moveaxis(points_w - self.pos[:, 0], -1, 0)
-        out[:, 0, 4], out[:, 0, 5] = z, -y
-        out[:, 1, 3], out[:, 1, 5] = -z, x
-        out[:, 2, 3], out[:, 2, 4] = y, -x
-        joints = np.flatnonzero(carried)
-        turned = rot.cross(self.axes[:, joints], points_w[:, None] - self.anchors[:, joints])
-        out[:, :, 6 + joints] = turned.swapaxes(1, 2)
-        return out
-
-    def turn_jacobian(self, body: int) -> Float[ndarray, "T 3 nv"]:
-        """Derivative of a body's orientation, as a rotation vector in the world."""
-        carried = ancestors(self.robot)[body]
-        out = np.zeros((len(self.pos), 3, 6 + len(carried)))
-        out[:, [0, 1, 2], [3, 4, 5]] = 1.0
-        joints = np.flatnonzero(carried)
-        out[:, :, 6 + joints] = self.axes[:, joints].swapaxes(1, 2)
+    def derivatives(self, bodies: Int[ndarray, "R"], wrenches: Float[ndarray, "T R 6"]) -> Float[ndarray, "T R nv"]:
+        """How fast each body follows its wrench, per unit of every coordinate."""
+        out: ndarray = wrenches @ self.screws.swapaxes(1, 2)
+        out *= moved(self.robot)[bodies]
         return out
 
 
 def kinematics(robot: RobotModel, qpos: Float[ndarray, "T nq"]) -> Kinematics:
-    """Poses and joint axes of all frames."""
+    """Poses and screws of all frames."""
     pos, quat, axes, anchors = joint_axes(robot, qpos)
-    return Kinematics(robot=robot, pos=pos, quat=quat, axes=axes, anchors=anchors)
+    screws = np.zeros((len(qpos), 6 + axes.shape[1], 6))
+    screws[:, :3, 3:] = np.eye(3)
+    screws[:, 3:6, :3] = np.eye(3)
+    screws[:, 3:6, 3:] = rot.cross(pos[:, :1], np.eye(3))
+    screws[:, 6:, :3] = axes
+    screws[:, 6:, 3:] = rot.cross(anchors, axes)
+    return Kinematics(robot=robot, pos=pos, quat=quat, screws=screws)
+
+
+def forces(points: Float[ndarray, "*batch 3"]) -> Float[ndarray, "*batch 3 6"]:
+    """Wrenches of the three unit forces of the world at points."""
+    x, y, z = points[..., 0], points[..., 1], points[..., 2]
+    out = np.zeros((*points.shape[:-1], 3, 6))
+    out[..., 0, 1], out[..., 0, 2] = z, -y
+    out[..., 1, 0], out[..., 1, 2] = -z, x
+    out[..., 2, 0], out[..., 2, 1] = y, -x
+    out[..., 3:] = np.eye(3)
+    return out
 
 
 def integrate(qpos: Float[ndarray, "T nq"], step: Float[ndarray, "T nv"]) -> Float[ndarray, "T nq"]:
@@ -80,3 +82,11 @@ def ancestors(robot: RobotModel) -> Bool[ndarray, "B J"]:
                 out[i, joint_of[body]] = True
             body = int(m.body_parentid[body])
     return out
+
+
+@lru_cache(maxsize=16)
+def moved(robot: RobotModel) -> Float[ndarray, "_ nv"]:
+    """1 where a coordinate moves a body; the last row is the world's."""
+    carried = ancestors(robot).astype(float)
+    rooted = np.concatenate((np.ones((len(carried), 6)), carried), axis=1)
+    return np.concatenate((rooted, np.zeros((1, rooted.shape[1]))))

@@ -268,7 +268,7 @@ def test_a_missing_package_is_refused_with_the_command_that_brings_it(tmp_path):
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_jacobians_are_the_derivatives_of_the_poses(name, rng):
-    from robot_models.jacobians import integrate, kinematics
+    from robot_models.jacobians import forces, integrate, kinematics
 
     robot = load_robot(name)
     q, _ = random_state(robot, rng, 3)
@@ -279,5 +279,6 @@ def test_jacobians_are_the_derivatives_of_the_poses(name, rng):
     for body in (0, robot.landmark("left_foot"), robot.landmark("right_wrist")):
         point = (after.pos[:, body] - before.pos[:, body]) / 2e-6
         turn = rot.log(rot.multiply(after.quat[:, body], rot.conjugate(before.quat[:, body]))) / 2e-6
-        np.testing.assert_allclose(here.point_jacobian(body, here.pos[:, body])[0].T, point, atol=1e-7)
-        np.testing.assert_allclose(here.turn_jacobian(body)[0].T, turn, atol=1e-7)
+        bodies = np.repeat(body, 3)
+        np.testing.assert_allclose(here.derivatives(bodies, forces(here.pos[:, body]))[0].T, point, atol=1e-7)
+        np.testing.assert_allclose(here.derivatives(bodies, np.eye(3, 6)[None])[0].T, turn, atol=1e-7)
