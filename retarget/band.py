@@ -6,44 +6,28 @@ factorisation costs time linear in the frames.
 
 from __future__ import annotations
 
-import copy
 from math import comb
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 from numpy import ndarray
 
 REACH = 3  # frames that one frame is coupled to
+
+Memory = Float[ndarray, "_ nv width"]
 
 
 class BandedSystem:
     """A x = b for x of shape (T, nv): built up term by term, then factorised, then solved."""
 
-    def __init__(self, blocks: Float[ndarray, "T nv nv"]) -> None:
-        """Begin with one symmetric block per frame."""
+    def __init__(self, blocks: Float[ndarray, "T nv nv"], memory: Memory | None = None) -> None:
+        """Begin with one symmetric block per frame; `memory` of as many frames or more is written over."""
         frames, nv, _ = blocks.shape
-        self._band = np.zeros((frames, nv, REACH * nv + 1))  # [t, j, d] = A[t nv + j + d, t nv + j]
+        # [t, j, d] = A[t nv + j + d, t nv + j]
+        self._band = band_memory(frames, nv) if memory is None else memory[:frames]
+        self._band[:] = 0.0
         for j in range(nv):
             self._band[:, j, : nv - j] = blocks[:, j, j:]
-
-    def copy(self, into: BandedSystem | None = None) -> BandedSystem:
-        """An independent copy, to which more terms can be added; `into` lends its memory."""
-        other = copy.copy(self) if into is None else into
-        if into is None:
-            other._band = self._band.copy()
-        else:
-            np.copyto(other._band, self._band)
-        return other
-
-    def add_blocks(self, frames: Int[ndarray, "F"], blocks: Float[ndarray, "F nv nv"]) -> None:
-        """Add one symmetric block to each of some frames, none of them named twice."""
-        nv = blocks.shape[1]
-        for j in range(nv):
-            self._band[frames, j, : nv - j] += blocks[:, j, j:]
-
-    def add_diagonal(self, weight: Float[ndarray, "..."]) -> None:
-        """Add weight x^2 / 2 of every frame; weight broadcasts to (T, nv)."""
-        self._band[:, :, 0] += weight
 
     def add_differences(self, order: int, weight: Float[ndarray, "Td n"], first: int = 0) -> None:
         """Add weight (order-th time difference of x)^2 / 2 for the n coordinates from `first` on, Td = T - order."""
@@ -69,6 +53,11 @@ class BandedSystem:
             raise np.linalg.LinAlgError(f"not positive definite at frame {info // nv}")
         x, _ = lapack.dpbtrs(factor, b.reshape(-1), lower=1)
         return np.asarray(x).reshape(b.shape)
+
+
+def band_memory(frames: int, nv: int) -> Memory:
+    """Room for one system after another: the first touch of new pages costs more than filling them."""
+    return np.empty((frames, nv, REACH * nv + 1))
 
 
 def spread_back(y: Float[ndarray, "Td n"], order: int) -> Float[ndarray, "T n"]:

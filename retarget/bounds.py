@@ -119,13 +119,13 @@ def _within(bounds: list[Bound], start: ndarray, moving: ndarray, smoothness: fl
     smoothness weighs the third differences of the motion against the size of the step.
     """
     stay = np.where(moving, 1.0 - smoothness, _HELD)
-    free = BandedSystem(stay[:, None, None] * np.eye(start.shape[1]))
+    stay = stay[:, None, None] * np.eye(start.shape[1])
     rough, step = np.zeros_like(start), np.zeros_like(start)
     if len(start) > REACH:
-        free.add_differences(REACH, np.ones((len(start) - REACH, start.shape[1])))
         rough = spread_back(smoothness * np.diff(start, REACH, axis=0), REACH)
     for _ in range(_MOST_ROUNDS):
-        system, pull = free.copy(), rough.copy()
+        system, pull = BandedSystem(stay), rough.copy()
+        system.add_differences(REACH, np.ones((max(0, len(start) - REACH), start.shape[1])))
         for bound in bounds:
             bound.add_to(system, pull, start)
         step = -system.solve(pull)

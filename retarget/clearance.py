@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from retarget.band import BandedSystem
 from robot_models import RobotModel, sole_corners
 from robot_models import rotation as rot
 from robot_models.build import BODY_BIT
@@ -37,31 +36,41 @@ class Places:
         """Some of the places."""
         return Places(**{f.name: getattr(self, f.name)[mask] for f in fields(Places)})
 
+    def along_with(self, other: Places) -> Places:
+        """Both, sorted by frame."""
+        order = np.argsort(np.concatenate((self.frame, other.frame)), kind="stable")
+        both = {f.name: np.concatenate((getattr(self, f.name), getattr(other, f.name)))[order] for f in fields(Places)}
+        return Places(**both)
+
 
 class Clearance:
     """gap >= wanted at some places, linearised about one configuration of the clip."""
 
-    def __init__(self, places: Places, kin: Kinematics, wanted: float, stiffness: float) -> None:
-        self._gap, self._wanted, self._stiffness = places.gap, wanted, stiffness
+    def __init__(
+        self, places: Places, kin: Kinematics, wanted: Float[ndarray, "N"], stiffness: Float[ndarray, "N"]
+    ) -> None:
+        self._gap, self._wanted = places.gap, wanted
         self._frame = places.frame
         self._rows = _rows(places, kin)
+        self._firm = np.sqrt(stiffness)
         self._active = places.gap < wanted
 
-    def add_to(self, system: BandedSystem, gradient: Float[ndarray, "T nv"]) -> None:
-        """Add the springs of the places in the active set."""
-        rows, short = self._rows[self._active], (self._gap - self._wanted)[self._active]
-        if not len(rows):
-            return
-        frames, of, count = np.unique(self._frame[self._active], return_inverse=True, return_counts=True)
-        slot = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
-        # One matrix per frame, padded with zero rows: its products come in one batch.
-        stacked = np.zeros((len(frames), count.max(), rows.shape[1]))
-        stacked[of, slot] = rows
-        gaps = np.zeros((len(frames), count.max(), 1))
-        gaps[of, slot, 0] = short
-        across = self._stiffness * stacked.swapaxes(1, 2)
-        system.add_blocks(frames, across @ stacked)
-        gradient[frames] += (across @ gaps)[..., 0]
+    def add_to(self, blocks: Float[ndarray, "T nv nv"], gradient: Float[ndarray, "T nv"]) -> None:
+        """Add the springs of the places in the active set to a quadratic model."""
+        on = np.flatnonzero(self._active)
+        rows, short = self._rows[on] * self._firm[on, None], (self._gap - self._wanted)[on] * self._firm[on]
+        frames, first, count = np.unique(self._frame[on], return_index=True, return_counts=True)
+        # One matrix per frame, padded with zero rows, its products in one batch: frames with many places by themselves.
+        rows, short = np.vstack((rows, np.zeros(rows.shape[1]))), np.append(short, 0.0)
+        for most, fewer in ((4, 0), (8, 4), (len(rows), 8)):
+            some = (count > fewer) & (count <= most)
+            if not some.any():
+                continue
+            slots = np.arange(min(most, count[some].max()))
+            place = np.where(slots < count[some, None], first[some, None] + slots, len(on))
+            stacked = rows[place]
+            blocks[frames[some]] += stacked.swapaxes(1, 2) @ stacked
+            gradient[frames[some]] += (short[place][:, None] @ stacked)[:, 0]
 
     def update(self, step: Float[ndarray, "T nv"]) -> int:
         """Let places join and leave by what a step would do; how many did."""

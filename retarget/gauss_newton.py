@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from retarget.band import REACH, widened
+from retarget.band import REACH, band_memory, widened
 from retarget.bounds import joint_bounds, kept
 from retarget.clearance import WORLD, Clearance, Places, Proximity, low_soles
 from retarget.config import Level, WholeClipConfig
@@ -75,6 +75,7 @@ class _Descent:
         self._proximity = Proximity(robot, _NEAR) if level.clearance else None
         self._damping = np.full(frames, config.damping)
         self._before, self._promised = np.full(frames, np.inf), np.full(frames, np.inf)  # squared residuals
+        self._memory = band_memory(frames, robot.model.nv)
         self.qpos, self._last = np.array(start), np.array(start)
         self.wanted = np.full(frames, np.inf)  # how far each frame wanted to go in its last iteration [rad or m]
 
@@ -90,7 +91,8 @@ class _Descent:
         missed = _squared(residual[:, body_rows:]) > _FEET_OFF
         pinned = self._goals.posture_weight == self._goals.weights.pin
         missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._goals.posture) > _PIN_OFF)).any(axis=1)
-        for places, wanted in _near_places(self.qpos, kin, self._proximity, self._config):
+        if self._proximity is not None:
+            places, wanted, _ = _near_places(self.qpos, kin, self._proximity, self._config)
             missed[places.frame[places.gap < wanted - _GAP_OFF]] = True
         return missed
 
@@ -116,10 +118,13 @@ class _Descent:
         qpos = self.qpos[frames]
         damping = self._trust(frames, came)
         bounds = [bound.part(frames) for bound in self._bounds]
-        clearances = _clearances(qpos, kin, self._proximity, config)
+        clearance = None
+        if self._proximity is not None:
+            places, wanted, stiffness = _near_places(qpos, kin, self._proximity, config)
+            clearance = Clearance(places, kin, wanted, stiffness)
         held = np.where(moving[frames], damping, _HELD)
-        system, gradient = quadratic_model(goals, qpos, residual, jacobian, body_rows, held, self._bandwidths)
-        step = constrained_step(system, gradient, qpos[:, 7:], bounds, clearances, self._level.rounds)
+        model = quadratic_model(goals, qpos, residual, jacobian, body_rows, held, self._bandwidths)
+        step = constrained_step(model, qpos[:, 7:], bounds, clearance, self._level.rounds, self._memory)
         self.wanted[frames] = np.abs(step).max(axis=1)
         step *= _share(self.wanted[frames], config.largest_turn)[:, None]
         self._before[frames] = _squared(residual)
@@ -153,26 +158,13 @@ class _Descent:
 
 
 def _near_places(
-    qpos: ndarray, kin: Kinematics, proximity: Proximity | None, config: WholeClipConfig
-) -> list[tuple[Places, float]]:
-    """Where soles and bodies come near to something, and the gap that shall remain."""
-    if proximity is None:
-        return []
-    bodies = proximity(qpos)
-    on_floor = (bodies.first == WORLD) | (bodies.second == WORLD)
-    return [
-        (low_soles(kin.robot, kin, _NEAR), config.floor_gap),
-        (bodies.where(on_floor), config.floor_gap),
-        (bodies.where(~on_floor), config.body_gap),
-    ]
-
-
-def _clearances(
-    qpos: ndarray, kin: Kinematics, proximity: Proximity | None, config: WholeClipConfig
-) -> list[Clearance]:
-    springs = (config.floor_spring**2, config.floor_spring**2, config.body_spring**2)
-    found = _near_places(qpos, kin, proximity, config)
-    return [Clearance(places, kin, gap, k) for (places, gap), k in zip(found, springs, strict=False)]
+    qpos: ndarray, kin: Kinematics, proximity: Proximity, config: WholeClipConfig
+) -> tuple[Places, ndarray, ndarray]:
+    """Where soles and bodies come near to something, the gap that shall remain, and how firmly."""
+    places = low_soles(kin.robot, kin, _NEAR).along_with(proximity(qpos))
+    on_floor = (places.first == WORLD) | (places.second == WORLD)
+    gap = np.where(on_floor, config.floor_gap, config.body_gap)
+    return places, gap, np.where(on_floor, config.floor_spring, config.body_spring) ** 2
 
 
 def _share(wanted: ndarray, largest: float) -> ndarray:

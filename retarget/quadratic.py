@@ -5,15 +5,27 @@ Smoothness is a penalty on third differences, whose strength sets the motion's b
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from jaxtyping import Float
 from numpy import ndarray
 
-from retarget.band import BandedSystem, spread_back
+from retarget.band import REACH, BandedSystem, Memory, spread_back
 from retarget.bounds import Bound
 from retarget.clearance import Clearance
 from retarget.errors import RetargetError
 from retarget.goals import Goals
 from robot_models import rotation as rot
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class QuadraticModel:
+    """What a step would cost: one block per frame, and third differences between frames."""
+
+    blocks: Float[ndarray, "T nv nv"]
+    smoothness: Float[ndarray, "nv"]  # weights of the third differences
+    gradient: Float[ndarray, "T nv"]  # at no step
 
 
 def quadratic_model(
@@ -24,7 +36,7 @@ def quadratic_model(
     body_rows: int,
     damping: ndarray,
     bandwidths: ndarray,
-) -> tuple[BandedSystem, ndarray]:
+) -> QuadraticModel:
     """The Gauss-Newton model about `qpos`: goals, posture, smoothness and damping.
 
     Args:
@@ -35,53 +47,59 @@ def quadratic_model(
         body_rows: how many of the rows are the body's, before the feet's.
         damping: per frame, as a share of the goals' curvature.
         bandwidths: half-power frequency of every coordinate's smoothness, as a share of the frame rate.
-
-    Returns:
-        The system of the step, and the gradient at none.
     """
-    hessian, gradient = jacobian.swapaxes(1, 2) @ jacobian, (residual[:, None] @ jacobian)[:, 0]
-    joints = range(6, hessian.shape[1])
-    hessian[:, joints, joints] += goals.posture_weight**2
-    gradient[:, 6:] += goals.posture_weight**2 * (qpos[:, 7:] - goals.posture)
+    blocks, gradient = jacobian.swapaxes(1, 2) @ jacobian, (residual[:, None] @ jacobian)[:, 0]
     # Smoothness is measured against what the body's goals weigh, not the feet's: a planted foot shall not shake it.
     body = jacobian[:, :body_rows]
     curvature = np.median(np.einsum("tri,tri->ti", body, body), axis=0)
     curvature = np.maximum(curvature, np.median(curvature[6:]))
-    system = BandedSystem(hessian)
-    system.add_diagonal(1e-3 + damping[:, None] * curvature)
-    if len(qpos) > 3:
-        smoothness = (2.0 * np.sin(np.pi * bandwidths)) ** -6 * curvature
-        system.add_differences(3, np.broadcast_to(smoothness, (len(qpos) - 3, len(smoothness))))
-        gradient += spread_back(smoothness * _third_difference(qpos), 3)
-    return system, gradient
+    diagonal = np.einsum("tii->ti", blocks)  # a view
+    diagonal += 1e-3 + damping[:, None] * curvature
+    diagonal[:, 6:] += goals.posture_weight**2
+    gradient[:, 6:] += goals.posture_weight**2 * (qpos[:, 7:] - goals.posture)
+    smoothness = (2.0 * np.sin(np.pi * bandwidths)) ** -6 * curvature
+    if len(qpos) > REACH:
+        gradient += spread_back(smoothness * _third_difference(qpos), REACH)
+    return QuadraticModel(blocks=blocks, smoothness=smoothness, gradient=gradient)
 
 
 def constrained_step(
-    system: BandedSystem,
-    gradient: ndarray,
+    model: QuadraticModel,
     joints: ndarray,
     bounds: list[Bound],
-    clearances: list[Clearance],
+    clearance: Clearance | None,
     rounds: int,
+    memory: Memory,
 ) -> ndarray:
     """The step that minimises the model within limits and clearances, by active sets.
+
+    Args:
+        model: what the step costs.
+        joints: where it begins.
+        bounds: the joints' limits.
+        clearance: of soles and bodies.
+        rounds: of the active sets, at most.
+        memory: where the systems may stand, one after the other.
 
     Raises:
         RetargetError: the model has no minimum.
     """
-    held = None
+    smoothness = np.broadcast_to(model.smoothness, (max(0, len(joints) - REACH), len(model.smoothness)))
     for _ in range(rounds):
-        held, pull = system.copy(held), gradient.copy()
+        blocks, gradient = model.blocks.copy(), model.gradient.copy()
+        if clearance is not None:
+            clearance.add_to(blocks, gradient)
+        system = BandedSystem(blocks, memory)
+        system.add_differences(REACH, smoothness)
         for bound in bounds:
-            bound.add_to(held, pull, joints)
-        for clearance in clearances:
-            clearance.add_to(held, pull)
+            bound.add_to(system, gradient, joints)
         try:
-            step = -held.solve(pull)
+            step = -system.solve(gradient)
         except np.linalg.LinAlgError as e:
             raise RetargetError("whole-clip solver", found=str(e), expected="a solvable problem") from e
-        changed = sum(b.update(joints + step[:, 6:]) for b in bounds) + sum(c.update(step) for c in clearances)
-        if changed <= len(gradient) // 200:  # the rest is left to the next iteration
+        changed = sum(b.update(joints + step[:, 6:]) for b in bounds)
+        changed += 0 if clearance is None else clearance.update(step)
+        if changed <= len(joints) // 200:  # the rest is left to the next iteration
             break
     return step
 
