@@ -20,6 +20,7 @@ from retarget.contacts import Contacts
 from retarget.feet import FootTargets, flat_height, foot_targets
 from retarget.footprints import parted
 from retarget.smooth import smooth
+from retarget.straddle import drawn_in
 from robot_models import FEET, RobotModel, forward_kinematics
 from robot_models import rotation as rot
 
@@ -62,13 +63,16 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
     """Lay the source out in the robot's proportions with its feet locked."""
     zero_pos, zero_quat = _zero_pose(robot)
     scale = robot.leg_length / _leg_length(clip)
-    feet = parted(foot_targets(clip, contacts, robot, scale), robot, clip.fps)
     pelvis, torso = trunk_frames(clip)
     hips = 0.5 * (clip.point("left_hip") + clip.point("right_hip"))
     floor = np.mean([flat_height(clip, contacts, k) for k in range(2)])
     middle = scale * (hips - floor * _Z) - np.mean([s.z for s in robot.soles.values()]) * _Z
-    middle[:, :2] += smooth(feet.shift.mean(axis=1), clip.fps, _FOLLOW_HZ)
     hip_offsets = {s: zero_pos[robot.landmark(f"{s}_hip")] - zero_pos[0] for s in FEET}
+    apart = np.stack([0.5 * (hip_offsets[s] - hip_offsets[o]) for s, o in (FEET, FEET[::-1])])
+    feet = foot_targets(clip, contacts, robot, scale)
+    feet = drawn_in(feet, middle[:, None] + rot.rotate(pelvis[:, None], apart[None]), robot, clip.fps)
+    feet = parted(feet, robot, clip.fps)
+    middle[:, :2] += smooth(feet.shift.mean(axis=1), clip.fps, _FOLLOW_HZ)
     pelvis_pos = middle - rot.rotate(pelvis, np.broadcast_to(np.mean(list(hip_offsets.values()), axis=0), middle.shape))
     # A robot's own figure has legs that reach where they stand; a person's may be longer than the scale says.
     reach = _STRAIGHT if clip.upright else config.reach
