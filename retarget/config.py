@@ -80,7 +80,7 @@ class WholeClipConfig:
     body_gap: float = 0.006  # kept between bodies [m]
     body_spring: float = 80.0  # per metre: soft, for many frames share the work
     floor_gap: float = 0.0005  # kept between soles or bodies and the floor [m]
-    floor_spring: float = 600.0
+    floor_spring: float = 800.0
     window_s: float = 40.0  # longer clips are solved in windows of this length [s]
     overlap_s: float = 2.0  # shared by neighbouring windows and blended [s]
 
