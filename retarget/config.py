@@ -31,9 +31,9 @@ class GoalWeights:
     pelvis_position: float = 4.0
     pelvis_orientation: float = 2.0
     torso_orientation: float = 2.0
-    leg: float = 14.0  # thigh and shin
-    arm: float = 15.0  # upper arm and forearm
-    planted: float = 240.0  # heel and toe edges while they touch
+    leg: float = 15.0  # thigh and shin
+    arm: float = 16.0  # upper arm and forearm
+    planted: float = 380.0  # heel and toe edges while they touch
     pivot: float = 40.0  # across the floor, while they turn on purpose
     swing: float = 20.0  # in the air: the legs' directions matter more than the exact path
     planted_roll: float = 20.0  # of a touching foot about its length
@@ -63,8 +63,8 @@ class WholeClipConfig:
         step_s=0.2, iterations=5, more_iterations=8, smooth_hz=2.0, rounds=2, clearance=False
     )
     fine: tuple[Level, ...] = (
-        Level(step_s=0.06, iterations=2, more_iterations=2, rounds=2, smooth_hz=3.4),
-        Level(step_s=0.0, iterations=0, more_iterations=12, rounds=2, smooth_hz=3.4),
+        Level(step_s=0.06, iterations=2, more_iterations=2, rounds=2, smooth_hz=3.3),
+        Level(step_s=0.0, iterations=0, more_iterations=12, rounds=2, smooth_hz=3.3),
     )
     travel_hz: float = 1.7  # half-power frequency of the root's way over the floor [Hz]: a robot cannot push it faster
     height_hz: float = 2.5  # of its height [Hz]
@@ -80,7 +80,7 @@ class WholeClipConfig:
     body_gap: float = 0.006  # kept between bodies [m]
     body_spring: float = 80.0  # per metre: soft, for many frames share the work
     floor_gap: float = 0.0005  # kept between soles or bodies and the floor [m]
-    floor_spring: float = 800.0
+    floor_spring: float = 1150.0
     window_s: float = 40.0  # longer clips are solved in windows of this length [s]
     overlap_s: float = 2.0  # shared by neighbouring windows and blended [s]
 
