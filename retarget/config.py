@@ -77,7 +77,7 @@ class WholeClipConfig:
     limit_margin: float = 0.01  # kept from each joint limit [rad]
     speed_share: float = 0.95  # of each motor's speed limit, per output frame
     acceleration_share: float = 0.98  # of each motor's acceleration limit
-    body_gap: float = 0.006  # kept between bodies [m]
+    body_gap: float = 0.015  # kept between bodies: a robot follows to about a centimetre [m]
     body_spring: float = 80.0  # per metre: soft, for many frames share the work
     floor_gap: float = 0.0005  # kept between soles or bodies and the floor [m]
     floor_spring: float = 1150.0

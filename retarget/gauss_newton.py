@@ -19,13 +19,13 @@ from retarget.quadratic import constrained_step, quadratic_model
 from robot_models import RobotModel
 from robot_models.jacobians import Kinematics, integrate, kinematics
 
-_NEAR = 0.010  # surfaces nearer than this are watched [m]
+_NEAR = 0.025  # surfaces nearer than this are watched [m]
 _HELD = 1e10  # damping that lets a frame not move
-_FEET_OFF = 0.3  # squared weighted residual of the feet beyond which a frame is solved again
+_FEET_OFF = 1.0  # squared weighted residual of the feet beyond which a frame is solved again
 _PIN_OFF = 0.005  # of a joint from its key frame, the same [rad]
 _GAP_OFF = 0.001  # a gap that is so much less than wanted, the same [m]
 _FAILED = 2.0  # a step whose frame comes out so many times worse than promised, and
-_SLIGHT = 0.3  # so much, is taken back
+_SLIGHT = 1.0  # so much, is taken back
 
 
 def refine(
