@@ -19,6 +19,7 @@ from robot_models.build import BODY_BIT
 from robot_models.jacobians import Kinematics, ancestors, moved
 
 WORLD = -1
+_SLIGHT = 0.001  # less than the wanted gap by so much is near enough [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,6 +55,7 @@ class Clearance:
         self._rows = _rows(places, kin)
         self._firm = np.sqrt(stiffness)
         self._active = places.gap < wanted
+        self._missed = self._frame[:0]
 
     def add_to(self, blocks: Float[ndarray, "T nv nv"], gradient: Float[ndarray, "T nv"]) -> None:
         """Add the springs of the places in the active set to a quadratic model."""
@@ -74,10 +76,17 @@ class Clearance:
 
     def update(self, step: Float[ndarray, "T nv"]) -> int:
         """Let places join and leave by what a step would do; how many did."""
-        active = self._gap + (self._rows * step[self._frame]).sum(axis=1) < self._wanted
+        short = self._wanted - self._gap - (self._rows * step[self._frame]).sum(axis=1)
+        active = short > 0.0
         changed = int((active != self._active).sum())
+        self._missed = self._frame[active & ~self._active & (short > _SLIGHT)]
         self._active = active
         return changed
+
+    @property
+    def missed(self) -> Int[ndarray, "M"]:
+        """Frames that the last step brings too near, for nothing held them yet."""
+        return self._missed
 
 
 def _rows(places: Places, kin: Kinematics) -> ndarray:

@@ -125,8 +125,11 @@ class _Descent:
         held = np.where(moving[frames], damping, _HELD)
         model = quadratic_model(goals, qpos, residual, jacobian, body_rows, held, self._bandwidths)
         step = constrained_step(model, qpos[:, 7:], bounds, clearance, self._level.rounds, self._memory)
-        self.wanted[frames] = np.abs(step).max(axis=1)
-        step *= _share(self.wanted[frames], config.largest_turn)[:, None]
+        wanted = np.abs(step).max(axis=1)
+        step *= _share(wanted, config.largest_turn)[:, None]
+        self.wanted[frames] = wanted
+        if clearance is not None:
+            self.wanted[frames[clearance.missed]] = np.inf
         self._before[frames] = _squared(residual)
         self._promised[frames] = _squared(residual + (jacobian @ step[..., None])[..., 0])
         self._last[frames], self.qpos[frames] = qpos, integrate(qpos, step)

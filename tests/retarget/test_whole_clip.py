@@ -107,6 +107,20 @@ def test_low_soles_are_found(dancer):
     np.testing.assert_allclose(places.gap, -0.02, atol=2e-3)
 
 
+def test_a_step_that_sinks_a_foot_which_nothing_held_is_told(dancer):
+    qpos = np.tile(dancer.default_qpos, (2, 1))
+    qpos[:, 2] += 0.003
+    kin = kinematics(dancer, qpos)
+    places = low_soles(dancer, kin, 0.01)
+    clearance = Clearance(places, kin, np.zeros(len(places.gap)), np.ones(len(places.gap)))
+    step = np.zeros((2, dancer.model.nv))
+    step[:, 2] = -0.0035, -0.006  # half a millimetre under the floor, and three
+    assert clearance.update(step) > 0
+    assert set(clearance.missed) == {1}
+    clearance.update(step)
+    assert not len(clearance.missed)  # the places are held by now
+
+
 def test_windows_give_the_motion_of_the_whole():
     from robot_models import load_robot
 
