@@ -14,6 +14,7 @@ from retarget.band import REACH, band_memory, widened
 from retarget.bounds import joint_bounds, kept
 from retarget.clearance import WORLD, Clearance, Places, Proximity, low_soles
 from retarget.config import Level, WholeClipConfig
+from retarget.goal_rows import goal_rows
 from retarget.goals import Goals
 from retarget.quadratic import constrained_step, quadratic_model
 from robot_models import RobotModel
@@ -87,7 +88,7 @@ class _Descent:
 
     def _missed(self) -> ndarray:
         kin = kinematics(self._robot, self.qpos)
-        residual, _, body_rows = self._goals.rows(kin)
+        residual, _, body_rows = goal_rows(self._goals, kin)
         missed = _squared(residual[:, body_rows:]) > _FEET_OFF
         pinned = self._goals.posture_weight == self._goals.weights.pin
         missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._goals.posture) > _PIN_OFF)).any(axis=1)
@@ -139,13 +140,13 @@ class _Descent:
     def _evaluated(self, frames: ndarray) -> tuple[ndarray, Kinematics, ndarray, ndarray, int]:
         """What came of the last step, squared, and the goals' rows after failed frames were taken back."""
         goals, kin = self._goals.at(frames), kinematics(self._robot, self.qpos[frames])
-        residual, jacobian, body_rows = goals.rows(kin)
+        residual, jacobian, body_rows = goal_rows(goals, kin)
         came = _squared(residual)
         failed = widened(came > _FAILED * np.maximum(self._before[frames], self._promised[frames]) + _SLIGHT, 5)
         if failed.any():
             self.qpos[frames[failed]] = self._last[frames[failed]]
             kin = kinematics(self._robot, self.qpos[frames])
-            residual, jacobian, body_rows = goals.rows(kin)
+            residual, jacobian, body_rows = goal_rows(goals, kin)
         return came, kin, residual, jacobian, body_rows
 
     def _trust(self, frames: ndarray, came: ndarray) -> ndarray:

@@ -1,4 +1,4 @@
-"""What the whole-clip solver pulls towards, and the rows of its least-squares problem."""
+"""What the whole-clip solver pulls towards, and how firmly."""
 
 from __future__ import annotations
 
@@ -15,10 +15,6 @@ from retarget.free_joints import free_joints
 from retarget.targets import LIMBS, Targets
 from robot_models import FEET, RobotModel
 from robot_models import rotation as rot
-from robot_models.jacobians import Kinematics, forces
-
-_X = np.array([1.0, 0.0, 0.0])
-_COUPLES = np.eye(3, 6)  # wrenches of unit couples about the world's axes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,75 +37,6 @@ class Goals:
         """The same goals on some of the frames."""
         picked = {f.name: getattr(self, f.name)[frames] for f in fields(self) if f.name != "weights"}
         return Goals(weights=self.weights, **picked)
-
-    def rows(self, kin: Kinematics) -> tuple[Float[ndarray, "T R"], Float[ndarray, "T R nv"], int]:
-        """Weighted residuals, their derivatives, and how many rows are the body's: the feet's come after them."""
-        body, foot = self._body_groups(kin), self._foot_groups(kin)
-        groups, frames = (*body, *foot), len(kin.pos)
-        residual = np.concatenate([(g.weight * g.error).reshape(frames, -1) for g in groups], axis=1)
-        pulls = np.concatenate([(g.weight[..., None] * g.pull).reshape(frames, -1, 6) for g in groups], axis=1)
-        jacobian = kin.derivatives(np.concatenate([np.repeat(g.bodies, g.error.shape[2]) for g in groups]), pulls)
-        # A limb is the way from one body to another: its other end takes its part off again.
-        starts = np.array([kin.robot.landmark(start) for start, _ in LIMBS])
-        rows = slice(3, 3 + 3 * len(starts))
-        pulls = (_limb_weight(self.weights)[..., None] * forces(kin.pos[:, starts])).reshape(frames, -1, 6)
-        jacobian[:, rows] -= kin.derivatives(np.repeat(starts, 3), pulls)
-        return residual, jacobian, sum(g.error.shape[1] * g.error.shape[2] for g in body)
-
-    def _body_groups(self, kin: Kinematics) -> tuple[_Group, ...]:
-        w, at = self.weights, kin.robot.landmark
-        starts, ends = (np.array([at(limb[k]) for limb in LIMBS]) for k in (0, 1))
-        trunk = np.array([0, at("torso")])
-        turn = _turn(kin.quat[:, trunk], np.stack((self.pelvis_quat, self.torso_quat), axis=1))
-        return (
-            _Group(
-                bodies=np.array([0]),
-                error=kin.pos[:, :1] - self.pelvis_pos[:, None],
-                pull=forces(kin.pos[:, :1]),
-                weight=np.full((1, 1), w.pelvis_position),
-            ),
-            _Group(
-                bodies=ends,
-                error=kin.pos[:, ends] - kin.pos[:, starts] - self.limbs,
-                pull=forces(kin.pos[:, ends]),
-                weight=_limb_weight(w),
-            ),
-            _Group(
-                bodies=trunk,
-                error=turn,
-                pull=np.broadcast_to(_COUPLES, (*turn.shape, 6)),
-                weight=np.array([[w.pelvis_orientation], [w.torso_orientation]]),
-            ),
-        )
-
-    def _foot_groups(self, kin: Kinematics) -> tuple[_Group, ...]:
-        soles = kin.robot.soles.values()
-        feet = np.array([kin.robot.body(sole.body) for sole in soles])
-        carrying = np.repeat(feet, 2)
-        ends = np.array([end for sole in soles for end in (sole.heel, sole.toe)])
-        points = kin.pos[:, carrying] + rot.rotate(kin.quat[:, carrying], ends)
-        # Two points leave the foot free to roll about the line through them.
-        along = rot.rotate(self.foot_quat, np.broadcast_to(_X, (*self.foot_quat.shape[:2], 3)))
-        roll = (_turn(kin.quat[:, feet], self.foot_quat) * along).sum(axis=2)
-        return (
-            _Group(bodies=carrying, error=points - self.edges, pull=forces(points), weight=self.edge_weight),
-            _Group(
-                bodies=feet,
-                error=roll[..., None],
-                pull=(along[:, :, None] @ _COUPLES),
-                weight=self.roll_weight[..., None],
-            ),
-        )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Group:
-    """n bodies with k rows each: what is off, and the wrench that each row follows."""
-
-    bodies: Int[ndarray, "n"]
-    error: Float[ndarray, "T n k"]
-    pull: Float[ndarray, "T n k 6"]
-    weight: ndarray  # of the errors, as far as they broadcast
 
 
 def make_goals(
@@ -156,12 +83,3 @@ def make_goals(
         roll_weight=weights.swing_roll + touching * (weights.planted_roll - weights.swing_roll),
         posture_weight=posture_weight,
     )
-
-
-def _limb_weight(w: GoalWeights) -> Float[ndarray, "L 1"]:
-    return np.array([[w.leg if start.endswith(("hip", "knee")) else w.arm] for start, _ in LIMBS])
-
-
-def _turn(quat: ndarray, wanted: ndarray) -> ndarray:
-    """Rotation vector in the world from `wanted` to `quat` [rad]."""
-    return rot.log(rot.multiply(quat, rot.conjugate(wanted)))

@@ -11,6 +11,7 @@ from retarget import GoalWeights, RetargetConfig, WholeClipConfig, retarget
 from retarget.band import BandedSystem, band_memory, spread_back, widened
 from retarget.bounds import joint_bounds, kept
 from retarget.clearance import Clearance, Proximity, low_soles
+from retarget.goal_rows import goal_rows
 from retarget.goals import make_goals
 from robot_models.jacobians import integrate, kinematics
 
@@ -74,12 +75,12 @@ def test_goal_rows_are_derivatives_of_the_residuals(groove, dancer):
     picked = groove.targets.at(np.arange(40, 44))
     goals = make_goals(dancer, picked, GoalWeights(), np.zeros((4, len(dancer.joint_names))))
     qpos = groove.reference.qpos[groove.reference.dance][40:44]
-    _, jacobian, body_rows = goals.rows(kinematics(dancer, qpos))
+    _, jacobian, body_rows = goal_rows(goals, kinematics(dancer, qpos))
     assert body_rows == 9 + 24 and jacobian.shape[1] == body_rows + 14
     for axis in (0, 2, 4, 7, 15, 25):
         small = np.zeros((4, dancer.model.nv))
         small[:, axis] = 1e-6
-        plus, minus = (goals.rows(kinematics(dancer, integrate(qpos, s)))[0] for s in (small, -small))
+        plus, minus = (goal_rows(goals, kinematics(dancer, integrate(qpos, s)))[0] for s in (small, -small))
         # Gauss-Newton takes the log's derivative as one: exact at zero error, near enough at the errors left here.
         np.testing.assert_allclose((plus - minus) / 2e-6, jacobian[:, :, axis], atol=0.1)
 
