@@ -28,18 +28,18 @@ class ContactConfig:
 class GoalWeights:
     """How firmly each goal is held: per metre for positions and limb vectors, per radian for orientations."""
 
-    pelvis_position: float = 4.0
-    pelvis_orientation: float = 2.0
-    torso_orientation: float = 2.0
+    pelvis_position: float = 10.0
+    pelvis_orientation: float = 3.0
+    torso_orientation: float = 3.0
     leg: float = 15.0  # thigh and shin
-    arm: float = 16.0  # upper arm and forearm
-    planted: float = 380.0  # heel and toe edges while they touch
+    arm: float = 19.0  # upper arm and forearm
+    planted: float = 410.0  # heel and toe edges while they touch
     pivot: float = 40.0  # across the floor, while they turn on purpose
-    swing: float = 20.0  # in the air: the legs' directions matter more than the exact path
+    swing: float = 12.0  # in the air: the legs' directions matter more than the exact path
     planted_roll: float = 20.0  # of a touching foot about its length
     swing_roll: float = 1.0
     posture: float = 0.15  # towards the default pose, or the recording of this very robot
-    free_joint: float = 1.0  # the same, of joints that only turn a hand or the head
+    free_joint: float = 0.7  # the same, of joints that only turn a hand or the head
     pin: float = 100.0  # of a joint at a key frame
 
 
@@ -63,8 +63,8 @@ class WholeClipConfig:
         step_s=0.2, iterations=5, more_iterations=8, smooth_hz=2.0, rounds=2, clearance=False
     )
     fine: tuple[Level, ...] = (
-        Level(step_s=0.06, iterations=2, more_iterations=2, rounds=2, smooth_hz=3.3),
-        Level(step_s=0.0, iterations=0, more_iterations=12, rounds=2, smooth_hz=3.3),
+        Level(step_s=0.06, iterations=2, more_iterations=2, rounds=2, smooth_hz=3.22),
+        Level(step_s=0.0, iterations=0, more_iterations=12, rounds=2, smooth_hz=3.22),
     )
     travel_hz: float = 1.7  # half-power frequency of the root's way over the floor [Hz]: a robot cannot push it faster
     height_hz: float = 2.5  # of its height [Hz]
@@ -78,9 +78,9 @@ class WholeClipConfig:
     speed_share: float = 0.95  # of each motor's speed limit, per output frame
     acceleration_share: float = 0.98  # of each motor's acceleration limit
     body_gap: float = 0.015  # kept between bodies: a robot follows to about a centimetre [m]
-    body_spring: float = 80.0  # per metre: soft, for many frames share the work
+    body_spring: float = 100.0  # per metre: soft, for many frames share the work
     floor_gap: float = 0.0005  # kept between soles or bodies and the floor [m]
-    floor_spring: float = 1150.0
+    floor_spring: float = 1200.0
     window_s: float = 40.0  # longer clips are solved in windows of this length [s]
     overlap_s: float = 2.0  # shared by neighbouring windows and blended [s]
 
