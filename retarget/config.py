@@ -64,7 +64,7 @@ class WholeClipConfig:
     )
     fine: tuple[Level, ...] = (
         Level(step_s=0.06, iterations=2, more_iterations=2, rounds=2, smooth_hz=3.22),
-        Level(step_s=0.0, iterations=0, more_iterations=12, rounds=2, smooth_hz=3.22),
+        Level(step_s=0.0, iterations=0, more_iterations=24, rounds=2, smooth_hz=3.22),
     )
     travel_hz: float = 1.7  # half-power frequency of the root's way over the floor [Hz]: a robot cannot push it faster
     height_hz: float = 2.5  # of its height [Hz]
