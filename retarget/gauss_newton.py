@@ -24,7 +24,7 @@ _NEAR = 0.025  # surfaces nearer than this are watched [m]
 _HELD = 1e10  # damping that lets a frame not move
 _FEET_OFF = 1.0  # squared weighted residual of the feet beyond which a frame is solved again
 _PIN_OFF = 0.005  # of a joint from its key frame, the same [rad]
-_GAP_OFF = 0.001  # a gap that is so much less than wanted, the same [m]
+_GAP_OFF = 0.001  # a gap that is so much less than half of the wanted one, the same [m]
 _FAILED = 2.0  # a step whose frame comes out so many times worse than promised, and
 _SLIGHT = 1.0  # so much, is taken back
 
@@ -94,7 +94,7 @@ class _Descent:
         missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._goals.posture) > _PIN_OFF)).any(axis=1)
         if self._proximity is not None:
             places, wanted, _ = _near_places(self.qpos, kin, self._proximity, self._config)
-            missed[places.frame[places.gap < wanted - _GAP_OFF]] = True
+            missed[places.frame[places.gap < 0.5 * wanted - _GAP_OFF]] = True
         return missed
 
     def _beyond(self) -> ndarray:
