@@ -82,7 +82,7 @@ def test_kill_minus_nine_loses_at_most_one_interval_and_the_curve_goes_on(groove
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no SIGTERM")
-@pytest.mark.parametrize("which", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("which", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
 def test_a_run_that_is_told_to_stop_saves_what_it_has(groove_file, tmp_path, which):
     child = begin(groove_file, tmp_path / "r", rows=2)
     child.send_signal(which)
