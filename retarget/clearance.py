@@ -19,7 +19,7 @@ from robot_models.build import BODY_BIT
 from robot_models.jacobians import Kinematics, ancestors, moved
 
 WORLD = -1
-_SLIGHT = 0.001  # less than the wanted gap by so much is near enough [m]
+_NEAR_ENOUGH = 0.001  # less than the wanted gap by so much is near enough [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,19 +48,19 @@ class Clearance:
     """gap >= wanted at some places, linearised about one configuration of the clip."""
 
     def __init__(
-        self, places: Places, kin: Kinematics, wanted: Float[ndarray, "N"], stiffness: Float[ndarray, "N"]
+        self, places: Places, kin: Kinematics, wanted: Float[ndarray, "N"], spring: Float[ndarray, "N"]
     ) -> None:
         self._gap, self._wanted = places.gap, wanted
         self._frame = places.frame
         self._rows = _rows(places, kin)
-        self._firm = np.sqrt(stiffness)
+        self._spring = spring  # per metre: half of its square is the energy
         self._active = places.gap < wanted
-        self._missed = self._frame[:0]
+        self.missed = self._frame[:0]  # frames that the last step brings too near, for nothing held them yet
 
     def add_to(self, blocks: Float[ndarray, "T nv nv"], gradient: Float[ndarray, "T nv"]) -> None:
         """Add the springs of the places in the active set to a quadratic model."""
         on = np.flatnonzero(self._active)
-        rows, short = self._rows[on] * self._firm[on, None], (self._gap - self._wanted)[on] * self._firm[on]
+        rows, short = self._rows[on] * self._spring[on, None], (self._gap - self._wanted)[on] * self._spring[on]
         frames, first, count = np.unique(self._frame[on], return_index=True, return_counts=True)
         # One matrix per frame, padded with zero rows, its products in one batch: frames with many places by themselves.
         rows, short = np.vstack((rows, np.zeros(rows.shape[1]))), np.append(short, 0.0)
@@ -79,14 +79,9 @@ class Clearance:
         short = self._wanted - self._gap - (self._rows * step[self._frame]).sum(axis=1)
         active = short > 0.0
         changed = int((active != self._active).sum())
-        self._missed = self._frame[active & ~self._active & (short > _SLIGHT)]
+        self.missed = self._frame[active & ~self._active & (short > _NEAR_ENOUGH)]
         self._active = active
         return changed
-
-    @property
-    def missed(self) -> Int[ndarray, "M"]:
-        """Frames that the last step brings too near, for nothing held them yet."""
-        return self._missed
 
 
 def _rows(places: Places, kin: Kinematics) -> ndarray:

@@ -94,11 +94,14 @@ class IkConfig:
     damping: float = 1e-3
     limit_margin: float = 0.01  # kept from each joint limit [rad]
     speed_share: float = 0.95  # of each motor's speed limit, per output frame
+    pelvis_position: float = 10.0  # weights as in GoalWeights
+    pelvis_orientation: float = 3.0
+    torso_orientation: float = 3.0
     planted: float = 20.0  # weight of a touching foot, per metre
     planted_turn: float = 3.0
     swing: float = 5.0
     swing_turn: float = 0.5
-    leg: float = 3.0  # as in GoalWeights; lower, for here nothing but these hold a frame to the last
+    leg: float = 3.0  # lower than there, for here nothing but these hold a frame to the last
     arm: float = 4.0
     posture: float = 0.06
 

@@ -7,7 +7,7 @@ its height and lies flat while its heading follows the source.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -33,7 +33,13 @@ class FootTargets:
     pos: Float[ndarray, "T 2 3"]  # [m]
     quat: Float[ndarray, "T 2 4"]  # wxyz
     contact: Int[ndarray, "T 4"]  # per edge: FREE, PLANTED or PIVOTING
-    shift: Float[ndarray, "T 2 2"]  # how far locking moved each foot, xy [m]
+    shift: Float[ndarray, "T 2 2"]  # how far each foot was moved from the source's way, xy [m]
+
+    def moved(self, way: Float[ndarray, "T 2 2"]) -> FootTargets:
+        """The same feet elsewhere on the floor."""
+        pos = self.pos.copy()
+        pos[..., :2] += way
+        return replace(self, pos=pos, shift=self.shift + way)
 
 
 def foot_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, scale: float) -> FootTargets:

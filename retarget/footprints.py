@@ -5,8 +5,6 @@ Each stance moves as one, so that nothing slides. The swings between follow, and
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
@@ -46,9 +44,7 @@ def parted(feet: FootTargets, robot: RobotModel, fps: float) -> FootTargets:
             break
         for k, way in enumerate((-1.0, 1.0)):
             moved[:, k] += way * _round_the_other(overlap * stands[:, 1 - k, None], ~stands[:, k])
-    pos = feet.pos.copy()
-    pos[..., :2] += moved
-    return replace(feet, pos=pos, shift=feet.shift + moved)
+    return feet.moved(moved)
 
 
 def _of_stances(overlap: Float[ndarray, "T 2"], stands: Bool[ndarray, "T"]) -> Float[ndarray, "T 2"]:

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from retarget.config import GoalWeights, IkConfig
+from retarget.config import IkConfig
 from retarget.errors import RetargetError
 from retarget.targets import Targets
 from robot_models import RobotModel
@@ -28,7 +28,7 @@ class FrameSolver(Protocol):
         """The configuration for one frame of targets, near `posture` where they leave freedom."""
 
 
-def frame_solver(name: str, robot: RobotModel, weights: GoalWeights, config: IkConfig, fps: float) -> FrameSolver:
+def frame_solver(name: str, robot: RobotModel, config: IkConfig, fps: float) -> FrameSolver:
     """The back end of that name: mink or placo.
 
     Raises:
@@ -37,11 +37,11 @@ def frame_solver(name: str, robot: RobotModel, weights: GoalWeights, config: IkC
     if name == "mink":
         from retarget.mink_ik import MinkIk
 
-        return MinkIk(robot, weights, config, fps)
+        return MinkIk(robot, config, fps)
     if name == "placo":
         from retarget.placo_ik import PlacoIk
 
-        return PlacoIk(robot, weights, config, fps)
+        return PlacoIk(robot, config, fps)
     raise RetargetError("solver", found=repr(name), expected="whole-clip, mink or placo", option="--solver whole-clip")
 
 

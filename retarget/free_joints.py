@@ -18,9 +18,7 @@ _LEVER = 0.3  # of the forearm's length: a joint that swings the wrist by less o
 @lru_cache(maxsize=16)
 def free_joints(robot: RobotModel) -> Bool[ndarray, "J"]:
     """Which joints carry no trunk, knee, foot or elbow, and swing no wrist."""
-    zero = np.zeros((1, robot.nq))
-    zero[:, 3] = 1.0
-    pos, _, axes, anchors = (a[0] for a in joint_axes(robot, zero))
+    pos, _, axes, anchors = (a[0] for a in joint_axes(robot, robot.zero_qpos[None]))
     carried, at = ancestors(robot), robot.landmark
     needed = carried[at("torso")].copy()
     for side in FEET:

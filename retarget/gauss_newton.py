@@ -121,8 +121,8 @@ class _Descent:
         bounds = [bound.part(frames) for bound in self._bounds]
         clearance = None
         if self._proximity is not None:
-            places, wanted, stiffness = _near_places(qpos, kin, self._proximity, config)
-            clearance = Clearance(places, kin, wanted, stiffness)
+            places, wanted, spring = _near_places(qpos, kin, self._proximity, config)
+            clearance = Clearance(places, kin, wanted, spring)
         held = np.where(moving[frames], damping, _HELD)
         model = quadratic_model(goals, qpos, residual, jacobian, body_rows, held, self._bandwidths)
         step = constrained_step(model, qpos[:, 7:], bounds, clearance, self._level.rounds, self._memory)
@@ -168,7 +168,7 @@ def _near_places(
     places = low_soles(kin.robot, kin, _NEAR).along_with(proximity(qpos))
     on_floor = (places.first == WORLD) | (places.second == WORLD)
     gap = np.where(on_floor, config.floor_gap, config.body_gap)
-    return places, gap, np.where(on_floor, config.floor_spring, config.body_spring) ** 2
+    return places, gap, np.where(on_floor, config.floor_spring, config.body_spring)
 
 
 def _share(wanted: ndarray, largest: float) -> ndarray:

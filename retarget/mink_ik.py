@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips import FREE
-from retarget.config import GoalWeights, IkConfig
+from retarget.config import IkConfig
 from retarget.frame_by_frame import reachable
 from retarget.segment_task import SegmentTask
 from retarget.targets import Targets
@@ -18,13 +18,13 @@ from robot_models import FEET, RobotModel
 class MinkIk:
     """Position limits are hard, and so are the motors' speeds, per output frame."""
 
-    def __init__(self, robot: RobotModel, weights: GoalWeights, config: IkConfig, fps: float) -> None:
+    def __init__(self, robot: RobotModel, config: IkConfig, fps: float) -> None:
         self._robot, self._config, self._fps = robot, config, fps
-        w, body, model = weights, robot.profile.landmarks, robot.model
+        body, model = robot.profile.landmarks, robot.model
         self._configuration = mink.Configuration(model)
         self._limit = mink.ConfigurationLimit(model, gain=1.0)
-        self._pelvis = mink.FrameTask(body["pelvis"], "body", w.pelvis_position, w.pelvis_orientation)
-        self._torso = mink.FrameTask(body["torso"], "body", 0.0, w.torso_orientation)
+        self._pelvis = mink.FrameTask(body["pelvis"], "body", config.pelvis_position, config.pelvis_orientation)
+        self._torso = mink.FrameTask(body["torso"], "body", 0.0, config.torso_orientation)
         self._feet = [mink.FrameTask(body[f"{side}_foot"], "body", config.swing, config.swing_turn) for side in FEET]
         self._limbs: dict[tuple[str, str], SegmentTask] = {}
         self._posture = mink.PostureTask(

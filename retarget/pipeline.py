@@ -155,7 +155,7 @@ def solved(
     near = padded.qpos[:, 7:].copy()
     near[padded.dance] = posture[:, 7:]
     if config.solver != "whole-clip":
-        solver = frame_solver(config.solver, robot, config.weights, config.ik, config.fps)
+        solver = frame_solver(config.solver, robot, config.ik, config.fps)
         return follow(solver, padded.targets, near, progress=lambda a, b: tell(config.solver, a, b))
     pinned_near = np.full_like(near, np.nan)
     pinned_near[padded.dance] = pins

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips import FREE
-from retarget.config import GoalWeights, IkConfig
+from retarget.config import IkConfig
 from retarget.frame_by_frame import reachable
 from retarget.targets import Targets
 from robot_models import FEET, RobotModel
@@ -19,16 +19,16 @@ from robot_models.pinocchio_model import urdf_text
 class PlacoIk:
     """Position limits are hard; the motors' speeds are kept per output frame by clipping."""
 
-    def __init__(self, robot: RobotModel, weights: GoalWeights, config: IkConfig, fps: float) -> None:
+    def __init__(self, robot: RobotModel, config: IkConfig, fps: float) -> None:
         self._robot, self._config, self._fps = robot, config, fps
         self._model = placo.RobotWrapper("", placo.Flags.ignore_collisions, urdf_text(robot))
         self._solver = placo.KinematicsSolver(self._model)
         self._solver.enable_joint_limits(True)
-        body, w = robot.profile.landmarks, weights
+        body = robot.profile.landmarks
         self._pelvis = self._solver.add_frame_task(body["pelvis"], np.eye(4))
-        self._pelvis.configure("pelvis", "soft", w.pelvis_position**2, w.pelvis_orientation**2)
+        self._pelvis.configure("pelvis", "soft", config.pelvis_position**2, config.pelvis_orientation**2)
         self._torso = self._solver.add_orientation_task(body["torso"], np.eye(3))
-        self._torso.configure("torso", "soft", w.torso_orientation**2)
+        self._torso.configure("torso", "soft", config.torso_orientation**2)
         self._feet = [self._solver.add_frame_task(body[f"{side}_foot"], np.eye(4)) for side in FEET]
         self._limbs = {}
         for side in FEET:

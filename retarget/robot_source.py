@@ -21,9 +21,7 @@ def as_figure(clip: RobotClip, robot: RobotModel | None = None) -> HumanClip:
     """
     robot = robot or load_robot(clip.robot)
     pos, quat = forward_kinematics(robot, full_qpos(clip, robot))
-    zero = np.zeros((1, robot.nq))
-    zero[:, 3] = 1.0
-    _, zero_quat = forward_kinematics(robot, zero)
+    _, zero_quat = forward_kinematics(robot, robot.zero_qpos[None])
     names, points, turns = [], [], []
     for landmark in robot.profile.landmarks:
         body = robot.landmark(landmark)

@@ -6,8 +6,6 @@ stand on the inner sides of its soles. Each stance moves as one, so that nothing
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
@@ -47,9 +45,7 @@ def drawn_in(feet: FootTargets, hips: Float[ndarray, "T 2 3"], robot: RobotModel
         low, high = (np.maximum(leg[:, 2], 0.0) * np.tan(end) for end in _roll_range(robot, side))
         beyond = beside - np.clip(beside, low, high)
         moved[:, k] = spread(_of_stances(beyond[:, None] * left, flat, stands), stands, fps)
-    pos = feet.pos.copy()
-    pos[..., :2] += moved
-    return replace(feet, pos=pos, shift=feet.shift + moved)
+    return feet.moved(moved)
 
 
 def _of_stances(way: Float[ndarray, "T 2"], flat: Bool[ndarray, "T"], stands: Bool[ndarray, "T"]) -> ndarray:
@@ -63,9 +59,7 @@ def _of_stances(way: Float[ndarray, "T 2"], flat: Bool[ndarray, "T"], stands: Bo
 
 def _roll_range(robot: RobotModel, side: str) -> tuple[float, float]:
     """How far a foot can turn about its own length against the shin [rad]; without end where no joint is known."""
-    zero = np.zeros((1, robot.nq))
-    zero[:, 3] = 1.0
-    _, _, axes, _ = joint_axes(robot, zero)
+    _, _, axes, _ = joint_axes(robot, robot.zero_qpos[None])
     carried = ancestors(robot)
     ankle = carried[robot.landmark(f"{side}_foot")] & ~carried[robot.landmark(f"{side}_knee")]
     rolls = np.flatnonzero(ankle & (np.abs(axes[0, :, 0]) > _ALONG))

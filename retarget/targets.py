@@ -61,7 +61,7 @@ class Targets:
 
 def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config: RetargetConfig) -> Targets:
     """Lay the source out in the robot's proportions with its feet locked."""
-    zero_pos, zero_quat = _zero_pose(robot)
+    zero_pos, zero_quat = (a[0] for a in forward_kinematics(robot, robot.zero_qpos[None]))
     scale = robot.leg_length / _leg_length(clip)
     pelvis, torso = trunk_frames(clip)
     hips = 0.5 * (clip.point("left_hip") + clip.point("right_hip"))
@@ -107,14 +107,6 @@ def joined(parts: Sequence[Targets]) -> Targets:
             shift=along(lambda p: p.feet.shift),
         ),
     )
-
-
-def _zero_pose(robot: RobotModel) -> tuple[ndarray, ndarray]:
-    """Body poses with every joint at zero: upright, facing +x."""
-    qpos = np.zeros((1, robot.nq))
-    qpos[:, 3] = 1.0
-    pos, quat = forward_kinematics(robot, qpos)
-    return pos[0], quat[0]
 
 
 def _leg_length(clip: HumanClip) -> float:

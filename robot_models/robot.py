@@ -63,6 +63,11 @@ class RobotModel:
         """Joint angles of the default pose [rad]."""
         return np.asarray(self.default_qpos[7:])
 
+    @property
+    def zero_qpos(self) -> Float[ndarray, "nq"]:
+        """Every joint at zero, upright at the origin, facing +x."""
+        return np.array([0.0, 0.0, 0.0, 1.0, *np.zeros(self.nq - 4)])
+
     def joint(self, name: str) -> int:
         """Place of a joint in every joint array."""
         return _place(name, self.joint_names, f"robot '{self.name}', joint")
@@ -122,9 +127,7 @@ class RobotModel:
     def _chain(self, *landmarks: str) -> float:
         from robot_models.kinematics import forward_kinematics
 
-        zero = np.zeros((1, self.nq))
-        zero[:, 3] = 1.0
-        pos, _ = forward_kinematics(self, zero)
+        pos, _ = forward_kinematics(self, self.zero_qpos[None])
         points = pos[0, [self.landmark(k) for k in landmarks]]
         return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum())
 

@@ -93,7 +93,7 @@ def test_clearance_rows_part_bodies_that_overlap(dancer):
     places = Proximity(dancer, 0.01)(qpos[None])
     bodies = places.where((places.first >= 0) & (places.second >= 0))
     assert bodies.gap.min() < -0.005
-    clearance = Clearance(bodies, kin, np.full(len(bodies.gap), 0.006), np.full(len(bodies.gap), 1e4))
+    clearance = Clearance(bodies, kin, np.full(len(bodies.gap), 0.006), np.full(len(bodies.gap), 100.0))
     blocks, gradient = np.eye(dancer.model.nv)[None], np.zeros((1, dancer.model.nv))
     clearance.add_to(blocks, gradient)
     after = Proximity(dancer, 0.01)(integrate(qpos[None], -BandedSystem(blocks).solve(gradient)))
