@@ -19,7 +19,6 @@ from robot_models.build import BODY_BIT
 from robot_models.jacobians import Kinematics, ancestors, moved
 
 WORLD = -1
-_NEAR_ENOUGH = 0.001  # less than the wanted gap by so much is near enough [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,9 +78,14 @@ class Clearance:
         short = self._wanted - self._gap - (self._rows * step[self._frame]).sum(axis=1)
         active = short > 0.0
         changed = int((active != self._active).sum())
-        self.missed = self._frame[active & ~self._active & (short > _NEAR_ENOUGH)]
+        self.missed = self._frame[active & ~self._active & too_near(self._wanted - short, self._wanted)]
         self._active = active
         return changed
+
+
+def too_near(gap: Float[ndarray, "N"], wanted: Float[ndarray, "N"]) -> Bool[ndarray, "N"]:
+    """Where a gap is not to be left as it is; the springs between bodies are soft, none reaches its whole gap."""
+    return np.asarray(gap < 0.5 * wanted - 0.001)
 
 
 def _rows(places: Places, kin: Kinematics) -> ndarray:

@@ -12,7 +12,7 @@ from numpy import ndarray
 
 from retarget.band import REACH, band_memory, widened
 from retarget.bounds import joint_bounds, kept
-from retarget.clearance import WORLD, Clearance, Places, Proximity, low_soles
+from retarget.clearance import WORLD, Clearance, Places, Proximity, low_soles, too_near
 from retarget.config import Level, WholeClipConfig
 from retarget.goal_rows import goal_rows
 from retarget.goals import Goals
@@ -24,7 +24,7 @@ _NEAR = 0.025  # surfaces nearer than this are watched [m]
 _HELD = 1e10  # damping that lets a frame not move
 _FEET_OFF = 1.0  # squared weighted residual of the feet beyond which a frame is solved again
 _PIN_OFF = 0.005  # of a joint from its key frame, the same [rad]
-_GAP_OFF = 0.001  # a gap that is so much less than half of the wanted one, the same [m]
+_FAR_BEYOND = 0.02  # of a limit's width: beyond it by more, a frame is solved again
 _FAILED = 2.0  # a step whose frame comes out so many times worse than promised, and
 _SLIGHT = 1.0  # so much, is taken back
 
@@ -94,13 +94,13 @@ class _Descent:
         missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._goals.posture) > _PIN_OFF)).any(axis=1)
         if self._proximity is not None:
             places, wanted, _ = _near_places(self.qpos, kin, self._proximity, self._config)
-            missed[places.frame[places.gap < 0.5 * wanted - _GAP_OFF]] = True
+            missed[places.frame[too_near(places.gap, wanted)]] = True
         return missed
 
     def _beyond(self) -> ndarray:
-        """Frames beyond a joint limit."""
+        """Frames so far beyond a joint limit that bringing them inside would show."""
         joints = self.qpos[:, 7:]
-        return np.any([bound.touched(bound.excess(joints)) for bound in self._bounds], axis=0)
+        return np.any([bound.touched(bound.excess(joints, _FAR_BEYOND)) for bound in self._bounds], axis=0)
 
     def kept(self, margin: int) -> Float[ndarray, "T nq"]:
         """The result without steps that failed, moved into the joint limits where it still leaves them."""
