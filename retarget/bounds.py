@@ -66,10 +66,10 @@ class Bound:
         self._side = side
         return changed
 
-    def excess(self, joints: Float[ndarray, "T J"], slack: float = _SLACK) -> Bool[ndarray, "Td J"]:
-        """Which rows are beyond their bound by more than `slack` of its width; by default what its margin forgives."""
-        value, most = np.diff(joints, self.order, axis=0), slack * (self.upper - self.lower)
-        return np.asarray((value > self.upper + most) | (value < self.lower - most))
+    def excess(self, joints: Float[ndarray, "T J"]) -> Bool[ndarray, "Td J"]:
+        """Which rows are beyond their bound by more than its margin forgives."""
+        value, slack = np.diff(joints, self.order, axis=0), _SLACK * (self.upper - self.lower)
+        return np.asarray((value > self.upper + slack) | (value < self.lower - slack))
 
     def touched(self, rows: Bool[ndarray, "Td J"]) -> Bool[ndarray, "T"]:
         """Frames that take part in some of the rows."""

@@ -24,7 +24,6 @@ _NEAR = 0.025  # surfaces nearer than this are watched [m]
 _HELD = 1e10  # damping that lets a frame not move
 _FEET_OFF = 1.0  # squared weighted residual of the feet beyond which a frame is solved again
 _PIN_OFF = 0.005  # of a joint from its key frame, the same [rad]
-_FAR_BEYOND = 0.02  # of a limit's width: beyond it by more, a frame is solved again
 _FAILED = 2.0  # a step whose frame comes out so many times worse than promised, and
 _SLIGHT = 1.0  # so much, is taken back
 
@@ -98,9 +97,9 @@ class _Descent:
         return missed
 
     def _beyond(self) -> ndarray:
-        """Frames so far beyond a joint limit that bringing them inside would show."""
+        """Frames beyond a joint limit."""
         joints = self.qpos[:, 7:]
-        return np.any([bound.touched(bound.excess(joints, _FAR_BEYOND)) for bound in self._bounds], axis=0)
+        return np.any([bound.touched(bound.excess(joints)) for bound in self._bounds], axis=0)
 
     def kept(self, margin: int) -> Float[ndarray, "T nq"]:
         """The result without steps that failed, moved into the joint limits where it still leaves them."""
