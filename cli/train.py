@@ -131,7 +131,6 @@ def run(args: Arguments) -> int:
 
 def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], list[Piece]]:
     """The references and their files; what a folder has besides, of other robots or below a gate, is left out and told."""
-    from tracking.reference_check import failed_gates
     from tracking.repertoire import check_together
 
     files = [f for path in args.ref for f in (sorted(path.glob("*.npz")) if path.is_dir() else [path])]
@@ -155,7 +154,7 @@ def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], 
         if piece is None or (piece.reference.robot != robot.name and not named):
             console.print(f"[yellow]left out[/] {file.name}: {robots.get(file, 'no reference')}, not {robot.name}")
             continue
-        missed = failed_gates(piece.reference)
+        missed = piece.reference.failed_gates
         if not missed or args.anyway or args.check_ref:
             kept[file] = piece
         elif named:

@@ -53,6 +53,6 @@ def run(args: Arguments) -> int:
         console.print(
             f"-     made from {told.get('file', 'an unknown file')}, which is not here: name it with --source"
         )
-    missed = [m["name"] for m in reference.meta.get("report", {}).get("metrics", ()) if m.get("passed") is False]
+    missed = reference.failed_gates
     console.print(f"{'FAIL ' if missed else 'ok   '} gates: {', '.join(missed) or 'all held when it was made'}")
     return DONE if fine and not missed else BELOW_GATE

@@ -89,6 +89,12 @@ class Reference:
         return np.concatenate((self.body_lin_vel_w[:, 0], spin_b, self.joint_vel), axis=1)
 
     @property
+    def failed_gates(self) -> tuple[str, ...]:
+        """Names of the gates that it missed when it was made, as far as its file says."""
+        report: Mapping[str, Mapping[str, Any]] = self.meta.get("report", {})
+        return tuple(name for name, measured in report.items() if not measured["passed"])
+
+    @property
     def dance(self) -> slice:
         """Frames of the dance itself, between lead-in and lead-out; from the first to the last of several."""
         kinds = np.array(self.meta.get("segment_names", ()))

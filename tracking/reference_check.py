@@ -35,12 +35,6 @@ class ReferenceCheck:
         return not self.failed_gates and self.beyond_limits == 0.0 and self.perfect > 0.9
 
 
-def failed_gates(reference: Reference) -> tuple[str, ...]:
-    """Names of the gates that the reference missed when it was made."""
-    report = reference.meta.get("report", {})
-    return tuple(name for name, measured in report.items() if not measured["passed"])
-
-
 def check_reference(
     reference: Reference, robot: RobotModel, config: TaskConfig | None = None, threads: int = 0
 ) -> ReferenceCheck:
@@ -58,7 +52,7 @@ def check_reference(
     joints = np.asarray(reference.joint_pos)
     outside = (joints < robot.lower - _LIMIT_SLACK) | (joints > robot.upper + _LIMIT_SLACK)
     found = ReferenceCheck(
-        failed_gates=failed_gates(reference),
+        failed_gates=reference.failed_gates,
         beyond_limits=float(outside.any(axis=1).mean()),
         perfect=_perfect(task),
         too_fast=float((np.abs(reference.joint_vel) > robot.velocity).any(axis=1).mean()),
