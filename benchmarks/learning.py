@@ -13,7 +13,7 @@ import csv
 import json
 from pathlib import Path
 
-from tracking import evaluate, evaluation_task, load_bundle
+from tracking import TaskConfig, evaluate, evaluation_task, load_bundle
 from tracking.checkpoint import load_checkpoint
 from tracking.training import CHECKPOINT, CURVES
 
@@ -38,7 +38,7 @@ def main() -> None:
             bundle.runner,
             bundle.robot,
             bundle.reference,
-            evaluation_task(bundle.config),
+            evaluation_task(TaskConfig()),
             rollouts=args.rollouts,
             seed=7,
         )

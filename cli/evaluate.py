@@ -145,13 +145,13 @@ def _each(args: Arguments, folders: list[Path], engines: tuple[str, ...], consol
 
 
 def _evaluate(args: Arguments, folder: Path, engines: tuple[str, ...]) -> dict[str, Evaluation]:
-    from tracking import ENGINES, evaluate, evaluation_task, load_bundle
+    from tracking import ENGINES, TaskConfig, evaluate, evaluation_task, load_bundle
 
     results = {}
     with progress("steps") as tell:
         for name in engines:
             bundle = load_bundle(folder, reference=args.ref, robot=args.robot)
-            task = evaluation_task(bundle.config, randomised=args.randomisation)
+            task = evaluation_task(TaskConfig(), randomised=args.randomisation)
             results[name] = evaluate(
                 bundle.runner, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=args.seed,
                 engine=ENGINES[name], progress=lambda done, total, name=name: tell(name, done, total),  # type: ignore[misc]

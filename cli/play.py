@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -86,10 +86,11 @@ def _reference(args: Arguments) -> Show:
 
 def _policy(args: Arguments) -> Show:
     """The policy on its nominal robot, with noisy sensors, from the first frame of the lead-in."""
-    from tracking import TrackingTask, evaluation_task, load_bundle, play, start
+    from tracking import TaskConfig, TrackingTask, evaluation_task, load_bundle, play, start
+    from tracking.config import StartNoise
 
     bundle = load_bundle(args.what, robot=args.robot)
-    calm = replace(bundle.config, start_noise=replace(bundle.config.start_noise, scale=0.0))
+    calm = TaskConfig(start_noise=StartNoise(scale=0.0))
     task = TrackingTask(
         robot=bundle.robot, reference=bundle.reference, envs=1, config=evaluation_task(calm, randomised=False),
         seed=args.seed, threads=1,

@@ -13,12 +13,12 @@ from tracking.contract import Contract, read_contract
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
-    from tracking.bundle import Bundle, load_bundle
+    from tracking.bundle import Bundle, check_contract, load_bundle
     from tracking.conditions import Cell, sweep
     from tracking.dance_env import DanceEnv
     from tracking.engines import ENGINES, engine_names
     from tracking.evaluation import Evaluation, evaluate, evaluation_task, play, start
-    from tracking.export import check_contract, export_bundle
+    from tracking.export import export_bundle
     from tracking.golden import read_golden, replay
     from tracking.gym_env import DanceTrackingEnv
     from tracking.reference_check import ReferenceCheck, check_reference
@@ -36,7 +36,7 @@ _HOME = {
     "Evaluation": "tracking.evaluation",
     "evaluate": "tracking.evaluation",
     "evaluation_task": "tracking.evaluation",
-    "check_contract": "tracking.export",
+    "check_contract": "tracking.bundle",
     "export_bundle": "tracking.export",
     **dict.fromkeys(("play", "start"), "tracking.evaluation"),
     "DanceTrackingEnv": "tracking.gym_env",

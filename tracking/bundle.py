@@ -6,12 +6,14 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy import ndarray
+
 from clips import Reference, load_reference
 from robot_models import RobotModel, load_robot
-from tracking.config import TaskConfig
+from tracking.chain import anchor_chain
 from tracking.contract import Contract, read_contract
 from tracking.errors import TrackingError
-from tracking.export import check_contract
 from tracking.runner import Runner, motion_of, onnx_policy
 
 POLICY, CONTRACT, REFERENCE, GOLDEN = "policy.onnx", "contract.json", "reference.npz", "golden.npz"
@@ -26,7 +28,6 @@ class Bundle:
     robot: RobotModel
     reference: Reference
     runner: Runner
-    config: TaskConfig
 
     @property
     def contract(self) -> Contract:
@@ -34,9 +35,7 @@ class Bundle:
         return self.runner.contract
 
 
-def load_bundle(
-    folder: Path, *, reference: Path | None = None, robot: str | None = None, config: TaskConfig | None = None
-) -> Bundle:
+def load_bundle(folder: Path, *, reference: Path | None = None, robot: str | None = None) -> Bundle:
     """Read a bundle and refuse what does not belong together.
 
     Args:
@@ -44,14 +43,13 @@ def load_bundle(
             policy: an ONNX with BeyondMimic's metadata, or Unitree's `deploy.yaml` with its ONNX beside it.
         reference: the reference file, where it is not the bundle's own.
         robot: path of the robot's profile, where it is not a built-in one.
-        config: the task that it shall run in.
 
     Raises:
-        TrackingError: not a bundle, or the contract was made for another robot, reference or task.
+        TrackingError: not a bundle, or the contract was made for another robot or reference.
     """
     folder = _found(folder)
     if folder.suffix == ".onnx" or (_unitree(folder) and not (folder / CONTRACT).exists()):
-        return _foreign(folder, reference, robot, config or TaskConfig())
+        return _foreign(folder, reference, robot)
     if not (folder / CONTRACT).exists():
         names = ", ".join(sorted(p.name for p in SHIPPED.glob("*/")))
         raise TrackingError(
@@ -65,7 +63,7 @@ def load_bundle(
     motion = load_reference(path, model)
     policy = onnx_policy(folder / POLICY, contract.observation_size, len(contract.joint_names))
     runner = Runner(contract, policy, motion_of(motion, contract))
-    return Bundle(folder=folder, robot=model, reference=motion, runner=runner, config=config or TaskConfig())
+    return Bundle(folder=folder, robot=model, reference=motion, runner=runner)
 
 
 def read_runner(folder: Path) -> tuple[Path, Runner]:
@@ -101,7 +99,7 @@ def _unitree(path: Path) -> Path | None:
     return next((p for p in candidates if p.suffix in (".yaml", ".yml") and p.is_file()), None)
 
 
-def _foreign(path: Path, reference: Path | None, robot: str | None, config: TaskConfig) -> Bundle:
+def _foreign(path: Path, reference: Path | None, robot: str | None) -> Bundle:
     """A policy that another tool trained, on a robot with that policy's gains."""
     from tracking.foreign import read_beyondmimic, read_unitree, with_gains
 
@@ -120,7 +118,7 @@ def _foreign(path: Path, reference: Path | None, robot: str | None, config: Task
             )  # fmt: skip
         motion = load_reference(reference, model)
         runner = read_unitree(yaml, model, motion, network)
-    return Bundle(folder=path, robot=with_gains(model, runner.contract), reference=motion, runner=runner, config=config)
+    return Bundle(folder=path, robot=with_gains(model, runner.contract), reference=motion, runner=runner)
 
 
 def _found(folder: Path) -> Path:
@@ -128,3 +126,33 @@ def _found(folder: Path) -> Path:
     if folder.exists() or not (SHIPPED / folder.name).is_dir():
         return folder
     return SHIPPED / folder.name
+
+
+def check_contract(told: Contract, robot: RobotModel, reference_sha256: str) -> None:
+    """Refuse to run a policy on anything but what it was trained for.
+
+    Raises:
+        TrackingError: another reference, robot, joint order or gain than the contract's.
+    """
+    now = {
+        "reference_sha256": reference_sha256,
+        "robot_hash": robot.hash,
+        "joint_names": robot.joint_names,
+        "kp": robot.kp,
+        "kd": robot.kd,
+        "effort": robot.effort,
+        "default_joint_pos": robot.default_joint_pos,
+        "anchor_chain": anchor_chain(robot, told.anchor),
+    }
+    for key, value in now.items():
+        same = np.array_equal(getattr(told, key), value) if isinstance(value, ndarray) else getattr(told, key) == value
+        if not same:
+            raise TrackingError(
+                f"contract, {key}", found=_short(getattr(told, key)), expected=f"{_short(value)}, as it is now",
+                cure="use the reference and robot that the policy was trained with, or train again",
+            )  # fmt: skip
+
+
+def _short(value: object) -> str:
+    text = str(value)
+    return text if len(text) < 60 else f"{text[:57]}..."

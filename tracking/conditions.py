@@ -128,7 +128,7 @@ def _cell(
 ) -> Cell:
     bundle = load_bundle(path, reference=reference, robot=robot)
     result = evaluate(
-        bundle.runner, bundle.robot, bundle.reference, under(condition, bundle.config), rollouts=rollouts, seed=seed,
+        bundle.runner, bundle.robot, bundle.reference, under(condition, TaskConfig()), rollouts=rollouts, seed=seed,
         threads=1, engine=ENGINES[engine],
     )  # fmt: skip
     return Cell(condition=condition, engine=engine, result=result)

@@ -14,7 +14,6 @@ import torch
 from numpy import ndarray
 
 from clips import Reference
-from robot_models import RobotModel
 from robot_models.arrays import in_memory
 from tracking.chain import anchor_chain
 from tracking.config import RandomisationConfig
@@ -137,36 +136,6 @@ def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
         delay_trained_with_s=draw.delay if draw.enabled else (0.0, 0.0),
         versions={p: version(p) for p in ("torch", "rsl-rl-lib", "mujoco", "onnx", "numpy")},
     )
-
-
-def check_contract(told: Contract, robot: RobotModel, reference_sha256: str) -> None:
-    """Refuse to run a policy on anything but what it was trained for.
-
-    Raises:
-        TrackingError: another reference, robot, joint order or gain than the contract's.
-    """
-    now = {
-        "reference_sha256": reference_sha256,
-        "robot_hash": robot.hash,
-        "joint_names": robot.joint_names,
-        "kp": robot.kp,
-        "kd": robot.kd,
-        "effort": robot.effort,
-        "default_joint_pos": robot.default_joint_pos,
-        "anchor_chain": anchor_chain(robot, told.anchor),
-    }
-    for key, value in now.items():
-        same = np.array_equal(getattr(told, key), value) if isinstance(value, ndarray) else getattr(told, key) == value
-        if not same:
-            raise TrackingError(
-                f"contract, {key}", found=_short(getattr(told, key)), expected=f"{_short(value)}, as it is now",
-                cure="use the reference and robot that the policy was trained with, or train again",
-            )  # fmt: skip
-
-
-def _short(value: object) -> str:
-    text = str(value)
-    return text if len(text) < 60 else f"{text[:57]}..."
 
 
 def _write_onnx(model: torch.nn.Module, size: int, path: Path) -> None:

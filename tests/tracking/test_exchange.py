@@ -15,7 +15,7 @@ from onnx import TensorProto, helper, numpy_helper
 
 from clips import load_reference
 from robot_models import load_robot
-from tracking import Measurement, TrackingError, TrackingTask, evaluate, evaluation_task, load_bundle
+from tracking import Measurement, TaskConfig, TrackingError, TrackingTask, evaluate, evaluation_task, load_bundle
 from tracking.bundle import SHIPPED
 from tracking.exchange import write_beyondmimic, write_unitree
 from tracking.foreign import read_beyondmimic, read_unitree, with_gains
@@ -140,7 +140,7 @@ def test_a_beyondmimic_policy_sees_what_its_trainer_would_show_it(tmp_path, g1, 
     np.testing.assert_allclose(inside.joint_pos, reference.joint_pos, atol=1e-6)
     robot = with_gains(g1, runner.contract)
     np.testing.assert_allclose(robot.kp[order], runner.contract.kp)
-    config = dataclasses.replace(evaluation_task(load_bundle(SHIPPED / "groove-g1").config, randomised=False))
+    config = dataclasses.replace(evaluation_task(TaskConfig(), randomised=False))
     task = TrackingTask(robot=robot, reference=reference, envs=3, config=config, threads=1)
     task.reset(np.arange(3), np.full(3, 50))
     now = task.measured(noisy=False).picked(np.array(order))
@@ -184,7 +184,7 @@ def test_a_foreign_policy_is_played_and_judged(tmp_path, g1, reference):
     beyondmimic(tmp_path / "p.onnx", g1, reference)
     bundle = load_bundle(tmp_path / "p.onnx")
     result = evaluate(
-        bundle.runner, bundle.robot, bundle.reference, evaluation_task(bundle.config), rollouts=3, threads=1
+        bundle.runner, bundle.robot, bundle.reference, evaluation_task(TaskConfig()), rollouts=3, threads=1
     )
     assert 0.0 < result.survived_s < 5.0  # random weights fall, and the run says when
 
@@ -290,7 +290,7 @@ def test_unitrees_deploy_yaml_is_read_with_gains_by_motor_and_all_else_by_policy
     np.testing.assert_allclose(seen[2 * count + 9 : 3 * count + 9], joints[ids] - g1.default_joint_pos[ids], atol=1e-6)
     np.testing.assert_allclose(seen[3 * count + 9 : 4 * count + 9], 0.05)
     result = evaluate(
-        bundle.runner, bundle.robot, bundle.reference, evaluation_task(bundle.config), rollouts=2, threads=1
+        bundle.runner, bundle.robot, bundle.reference, evaluation_task(TaskConfig()), rollouts=2, threads=1
     )
     assert result.survived_s > 0.0
 

@@ -108,6 +108,21 @@ print(sorted({{"torch", "mujoco", "pinocchio", "gymnasium", "sapien"}} & set(sys
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.parametrize("door", ["load_bundle", "read_runner"])
+def test_a_bundle_opens_where_the_training_packages_are_not(door):
+    script = f"""
+import sys
+sys.modules |= dict.fromkeys(("torch", "rsl_rl", "tensordict", "gymnasium", "onnx"))
+import tracking.deploy.perform, tracking.deploy.stages
+from tracking.bundle import load_bundle, read_runner
+from pathlib import Path
+{door}(Path({str(FOLDER)!r}))
+print("opened")
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == "opened", done.stderr
+
+
 def test_a_term_that_nobody_knows_is_refused_by_name_and_one_that_no_sensor_tells_when_it_is_asked_for(reference):
     told = read_contract(FOLDER / "contract.json")
     with pytest.raises(TrackingError, match="base_lin_wel"):
