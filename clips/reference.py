@@ -26,6 +26,7 @@ from robot_models import rotation as rot
 FORMAT_VERSION = 1
 FREE, PLANTED, PIVOTING = 0, 1, 2
 _TOLERANCE = {"float64": 1e-9, "float32": 1e-5}  # of stored body poses against forward kinematics [m, rad]
+_UNIT = 1e-4  # of a quaternion's length off one: single precision, and what other tools round to
 _MOTION = ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w")
 _KEYS = ("fps", *_MOTION, "joint_names", "body_names", "contact", "contact_names", "segments", "meta")
 
@@ -51,16 +52,40 @@ class Reference:
     joint_torque: Float[ndarray, "T J"] | None = None  # by inverse dynamics [N m]; None where nobody computed it
 
     def __post_init__(self) -> None:
-        for name in (*_MOTION, *self._optional):
+        for names in (self.joint_names, self.body_names):
+            if len(set(names)) < len(names) or not names:
+                raise _refused("joint_names, body_names", f"{len(names)} names, some twice or none", "a name for each")
+        if not (np.isfinite(self.fps) and self.fps > 0.0):
+            raise _refused("fps", repr(self.fps), "frames per second, above 0")
+        frames, joints, bodies = self.frames, len(self.joint_names), len(self.body_names)
+        shapes: dict[str, tuple[int, ...]] = {
+            **dict.fromkeys(("joint_pos", "joint_vel", *self._optional), (frames, joints)),
+            **dict.fromkeys(("body_pos_w", "body_lin_vel_w", "body_ang_vel_w"), (frames, bodies, 3)),
+            "body_quat_w": (frames, bodies, 4),
+            "contact": (frames, len(CONTACT_NAMES)),
+            "segments": (len(np.atleast_1d(self.segments)), 3),
+        }
+        for name, shape in shapes.items():
             array = np.array(getattr(self, name))
-            like = np.shape(self.joint_pos if name.startswith("joint") else getattr(self, name))
-            if array.shape != like or len(array) != self.frames or not np.isfinite(array).all():
-                raise ReferenceFileError(
-                    f"reference, {name}", found=f"shape {array.shape} or numbers that are not finite",
-                    expected=f"{self.frames} finite frames",
-                )  # fmt: skip
+            if array.shape != shape or array.dtype.kind not in "fiu" or not np.isfinite(array).all():
+                found = f"{array.dtype} of shape {array.shape}, or numbers that are not finite"
+                raise _refused(name, found, f"finite numbers of shape {shape}, by the names of joints and bodies")
             array.setflags(write=False)
             object.__setattr__(self, name, array)
+        length = np.linalg.norm(self.body_quat_w, axis=-1)
+        if np.abs(length - 1.0).max(initial=0.0) > _UNIT:
+            raise _refused("body_quat_w", f"quaternions of length {length.min():.4g} to {length.max():.4g}", "unit ones")
+        if not np.isin(self.contact, (FREE, PLANTED, PIVOTING)).all():
+            raise _refused("contact", f"kinds {np.unique(self.contact).tolist()}", "0 free, 1 planted, 2 pivoting")
+        self._check_segments()
+
+    def _check_segments(self) -> None:
+        """Ranges of frames one after another, each told to be continuous with the one before or not."""
+        start, end, joined = self.segments.T
+        rising = (start < end).all() and (start[1:] >= end[:-1]).all()
+        if not (len(start) and rising and start[0] >= 0 and end[-1] <= self.frames and np.isin(joined, (0, 1)).all()):
+            expected = f"rows of start, end and 0 or 1, one after another within {self.frames} frames"
+            raise _refused("segments", f"{self.segments.tolist()}", expected)
 
     @property
     def _optional(self) -> tuple[str, ...]:
@@ -102,6 +127,10 @@ class Reference:
         if not len(dances):
             return slice(0, self.frames)
         return slice(int(dances[0, 0]), int(dances[-1, 1]))
+
+
+def _refused(what: str, found: str, expected: str) -> ReferenceFileError:
+    return ReferenceFileError(f"reference, {what}", found=found[:200], expected=expected)
 
 
 def make_reference(
