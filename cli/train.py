@@ -11,7 +11,6 @@ from rich.console import Console
 from rich.table import Table
 
 from cli.terminal import BELOW_GATE, DONE, REFUSED, Out, command, progress
-from clips.files import write_whole
 from robot_models import DanceError, RobotModel, load_robot
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
@@ -83,13 +82,11 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Load, train, report."""
     from tracking import check_reference, train
-    from tracking.bundle import REFERENCE
-    from tracking.repertoire import bundle_folder
     from tracking.team import started_by_torchrun
 
     together, follows = started_by_torchrun()
     console = Console(highlight=False, soft_wrap=True, quiet=follows)
-    robot, files, pieces = _pieces(args, console)
+    robot, pieces = _pieces(args, console)
     if args.check_ref:
         codes = []
         for piece in pieces:
@@ -120,17 +117,14 @@ def run(args: Arguments) -> int:
         raise
     if follows:
         return DONE
-    for piece, file in zip(pieces, files, strict=True):
-        with write_whole(bundle_folder(folder, piece, pieces) / REFERENCE) as stream:
-            stream.write(file.read_bytes())
     if args.recording:
         _record(folder / "training.rrd", robot, pieces, result)
     code = _summary(console, result)
     return DONE if together else code  # torchrun takes every other code for a crash
 
 
-def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], list[Piece]]:
-    """The references and their files; what a folder has besides, of other robots or below a gate, is left out and told."""
+def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Piece]]:
+    """The references; what a folder has besides, of other robots or below a gate, is left out and told."""
     from tracking.repertoire import check_together
 
     files = [f for path in args.ref for f in (sorted(path.glob("*.npz")) if path.is_dir() else [path])]
@@ -148,7 +142,7 @@ def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], 
             option="robot", suggestion=found[0],
         )  # fmt: skip
     robot = load_robot(args.robot or found[0])
-    kept = {}
+    kept = []
     for file, piece in pieces.items():
         named = file in args.ref
         if piece is None or (piece.reference.robot != robot.name and not named):
@@ -156,7 +150,7 @@ def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], 
             continue
         missed = piece.reference.failed_gates
         if not missed or args.anyway or args.check_ref:
-            kept[file] = piece
+            kept.append(piece)
         elif named:
             raise TrackingError(
                 str(file), found=f"gates that failed: {', '.join(missed)}", expected="a reference inside its gates",
@@ -169,8 +163,8 @@ def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Path], 
             f"--ref {args.ref[0]}", found=f"no reference of {robot.name} inside its gates", expected="one at least",
             option="anyway", suggestion=" ",
         )  # fmt: skip
-    check_together(list(kept.values()), robot)
-    return robot, list(kept), list(kept.values())
+    check_together(kept, robot)
+    return robot, kept
 
 
 def _piece(file: Path, *, named: bool) -> Piece | None:

@@ -74,7 +74,9 @@ class Reference:
             object.__setattr__(self, name, array)
         length = np.linalg.norm(self.body_quat_w, axis=-1)
         if np.abs(length - 1.0).max(initial=0.0) > _UNIT:
-            raise _refused("body_quat_w", f"quaternions of length {length.min():.4g} to {length.max():.4g}", "unit ones")
+            raise _refused(
+                "body_quat_w", f"quaternions of length {length.min():.4g} to {length.max():.4g}", "unit ones"
+            )
         if not np.isin(self.contact, (FREE, PLANTED, PIVOTING)).all():
             raise _refused("contact", f"kinds {np.unique(self.contact).tolist()}", "0 free, 1 planted, 2 pivoting")
         self._check_segments()

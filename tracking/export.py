@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import tempfile
 import warnings
 from dataclasses import replace
@@ -14,6 +15,7 @@ import torch
 from numpy import ndarray
 
 from clips import Reference
+from clips.files import write_whole
 from robot_models.arrays import in_memory
 from tracking.chain import anchor_chain
 from tracking.config import RandomisationConfig
@@ -49,7 +51,8 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: Piece) ->
     """Write a piece's bundle; returns the largest difference between onnxruntime and torch on real observations.
 
     Raises:
-        TrackingError: the actor sees something that no robot measures, or the export disagrees with torch.
+        TrackingError: the actor sees something that no robot measures, the export disagrees with torch, or the piece's
+            file has changed.
     """
     hidden = [t.name for t in task.actor.terms if not t.measurable]
     if hidden:
@@ -71,9 +74,21 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: Piece) ->
                 "export", found=f"actions {difference:.2g} apart from torch", expected=f"< {_AGREEMENT}"
             )
         path.replace(folder / "policy.onnx")
+    _copy_reference(piece, folder / "reference.npz")
     write_contract(folder / "contract.json", contract_of(task, piece.sha256))
     write_golden(folder / "golden.npz", record(policy, task, piece.reference))
     return difference
+
+
+def _copy_reference(piece: Piece, path: Path) -> None:
+    content = piece.path.read_bytes()
+    if hashlib.sha256(content).hexdigest() != piece.sha256:
+        raise TrackingError(
+            str(piece.path), found="another file than the run began with", expected="it unchanged while it is trained on",
+            cure="put the old one back, then resume",
+        )  # fmt: skip
+    with write_whole(path) as stream:
+        stream.write(content)
 
 
 def record(policy: Policy, like: TrackingTask, reference: Reference, seconds: float = 2.0) -> Golden:

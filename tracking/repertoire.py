@@ -23,7 +23,8 @@ class Piece:
 
     name: str  # unlike the others'
     reference: Reference
-    sha256: str  # of its file
+    path: Path  # its file, which goes into the bundle
+    sha256: str  # of the file when it was read
 
     @cached_property
     def weight(self) -> float:
@@ -38,7 +39,10 @@ def read_piece(path: Path) -> Piece:
     Raises:
         ReferenceFileError: the file is no reference.
     """
-    return Piece(name=path.stem, reference=load_reference(path), sha256=hashlib.sha256(path.read_bytes()).hexdigest())
+    sha256 = (
+        hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+    )  # load_reference refuses what is none
+    return Piece(name=path.stem, reference=load_reference(path), path=path, sha256=sha256)
 
 
 def check_together(pieces: Sequence[Piece], robot: RobotModel) -> None:

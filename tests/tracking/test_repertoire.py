@@ -11,7 +11,7 @@ from retarget import RetargetConfig, retarget
 from robot_models import load_robot
 from tracking import TaskConfig, TrackingError, TrackingTask
 from tracking.config import RandomisationConfig, StartNoise
-from tracking.repertoire import Piece, bundle_folder, read_pieces, repertoire_sha256
+from tracking.repertoire import bundle_folder, read_pieces, repertoire_sha256
 
 CALM = TaskConfig(randomisation=RandomisationConfig(enabled=False), start_noise=StartNoise(scale=0.0))
 
@@ -92,7 +92,7 @@ def test_a_reference_that_physics_forbids_weighs_half(pieces):
     report = dict(reference.meta["report"])
     report["frames that physics does not allow"] = report["frames that physics does not allow"] | {"value": 25.0}
     hard = dataclasses.replace(reference, meta=reference.meta | {"report": report})
-    assert Piece(name="hard", reference=hard, sha256="").weight == 0.5
+    assert dataclasses.replace(pieces[0], reference=hard).weight == 0.5
 
 
 def test_one_network_and_a_bundle_for_each(pieces, files, tmp_path):
@@ -108,7 +108,7 @@ def test_one_network_and_a_bundle_for_each(pieces, files, tmp_path):
     networks = {(tmp_path / "r" / p.name / POLICY).read_bytes() for p in pieces}
     assert len(networks) == 1
     for piece, file in zip(pieces, files, strict=True):
-        (tmp_path / "r" / piece.name / REFERENCE).write_bytes(file.read_bytes())  # as dance-train does
+        assert (tmp_path / "r" / piece.name / REFERENCE).read_bytes() == file.read_bytes()
         assert read_contract(tmp_path / "r" / piece.name / CONTRACT).reference_sha256 == piece.sha256
     from cli.evaluate import main
 

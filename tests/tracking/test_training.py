@@ -2,21 +2,33 @@
 
 import dataclasses
 import json
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch")
 
-from clips import load_reference
+from clips import load_reference, save_reference
 from robot_models import load_robot
-from tracking import PpoConfig, Runner, TrackingError, TrackingTask, TrainConfig, motion_of, onnx_policy, train
+from tracking import (
+    PpoConfig,
+    Runner,
+    TrackingError,
+    TrackingTask,
+    TrainConfig,
+    load_bundle,
+    motion_of,
+    onnx_policy,
+    train,
+)
 from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.contract import read_contract
 from tracking.export import contract_of, export_bundle, torch_policy
 from tracking.golden import read_golden, replay
 from tracking.ppo import Trainer
-from tracking.repertoire import Piece
+from tracking.repertoire import read_piece
 
 SMALL = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2)
 CONFIG = TrainConfig(envs=16, steps=16 * 8 * 6, evaluate_every=16 * 8 * 3, rollouts=2, threads=1, ppo=SMALL)
@@ -28,7 +40,9 @@ def reference(groove_file):
 
 
 def piece(reference, name="groove"):
-    return Piece(name=name, reference=reference, sha256="abc")
+    path = Path(tempfile.mkdtemp()) / f"{name}.npz"
+    save_reference(reference, path)
+    return read_piece(path)
 
 
 def trainer(reference, seed=0):
@@ -72,6 +86,7 @@ def test_a_run_leaves_its_bundle_curves_and_checkpoint(reference, tmp_path):
     run = train(load_robot("dancer"), [piece(reference)], tmp_path / "r", CONFIG)
     assert run.steps == CONFIG.steps and "budget" in run.stopped
     assert {"policy.onnx", "contract.json", "curves.csv", "checkpoint.pt"} <= {p.name for p in run.folder.iterdir()}
+    assert load_bundle(run.folder).reference.frames == reference.frames
     assert run.onnx_difference < 1e-5
     assert [r["steps"] for r in run.curves] == [0.0, 384.0, 768.0]
     with pytest.raises(TrackingError, match="already there"):
