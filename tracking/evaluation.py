@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -89,21 +90,20 @@ def evaluate(
         robot=robot, reference=reference, envs=rollouts, config=config, seed=seed, threads=threads, engine=engine
     )
     dance = reference.dance
-    steps = dance.stop - 1 - dance.start
-    task.reset(np.arange(rollouts), np.full(rollouts, dance.start))
-    if isinstance(policy, Runner):
-        start(policy, task)
-    tally = _Tally(rollouts)
-    path = [task.physics.qpos.copy()]
-    for done in range(steps):
-        result = play(policy, task)
-        tally.add(result, task)
-        path.append(task.physics.qpos.copy())
-        if progress is not None:
-            progress(done + 1, steps)
-        if not tally.alive.any():
-            break
-    task.close()
+    steps, tally = dance.stop - 1 - dance.start, _Tally(rollouts)
+    with closing(task):
+        task.reset(np.arange(rollouts), np.full(rollouts, dance.start))
+        if isinstance(policy, Runner):
+            start(policy, task)
+        path = [task.physics.qpos.copy()]
+        for done in range(steps):
+            result = play(policy, task)
+            tally.add(result, task)
+            path.append(task.physics.qpos.copy())
+            if progress is not None:
+                progress(done + 1, steps)
+            if not tally.alive.any():
+                break
     return tally.result(task.dt, steps, np.stack(path))
 
 

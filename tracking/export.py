@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import tempfile
 import warnings
+from contextlib import closing
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -97,18 +98,18 @@ def record(policy: Policy, like: TrackingTask, reference: Reference, seconds: fl
         robot=like.robot, reference=reference, envs=1, threads=1,
         config=replace(like.config, randomisation=RandomisationConfig(enabled=False)),
     )  # fmt: skip
-    task.reset(np.array([0]), np.array([reference.dance.start]))
     rows: list[tuple[ndarray, ...]] = []
-    for _ in range(min(round(seconds / task.dt), reference.frames - 2)):
-        now, seen = task.measured(noisy=False), task.observe(noisy=False)[0]
-        action = policy(seen)
-        result = task.step(action)
-        # Copies: a measurement has views of the running state.
-        sensors = (now.quat, now.gyro, now.joint_pos, now.joint_vel)
-        rows.append(tuple(np.array(x[0]) for x in (*sensors, seen, action, task.physics.targets[:, 0])))
-        if result.terminated[0]:
-            break
-    task.close()
+    with closing(task):
+        task.reset(np.array([0]), np.array([reference.dance.start]))
+        for _ in range(min(round(seconds / task.dt), reference.frames - 2)):
+            now, seen = task.measured(noisy=False), task.observe(noisy=False)[0]
+            action = policy(seen)
+            result = task.step(action)
+            # Copies: a measurement has views of the running state.
+            sensors = (now.quat, now.gyro, now.joint_pos, now.joint_vel)
+            rows.append(tuple(np.array(x[0]) for x in (*sensors, seen, action, task.physics.targets[:, 0])))
+            if result.terminated[0]:
+                break
     quat, gyro, joint_pos, joint_vel, observation, action, target = (np.stack(x) for x in zip(*rows, strict=True))
     return Golden(
         quat=quat,

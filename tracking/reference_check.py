@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,16 +52,15 @@ def check_reference(
     task = TrackingTask(robot=robot, reference=reference, envs=_STARTS, config=calm, threads=threads)
     joints = np.asarray(reference.joint_pos)
     outside = (joints < robot.lower - _LIMIT_SLACK) | (joints > robot.upper + _LIMIT_SLACK)
-    found = ReferenceCheck(
-        failed_gates=reference.failed_gates,
-        beyond_limits=float(outside.any(axis=1).mean()),
-        perfect=_perfect(task),
-        too_fast=float((np.abs(reference.joint_vel) > robot.velocity).any(axis=1).mean()),
-        settles_m=_settles(task),
-        survived_s=_survived(task),
-    )
-    task.close()
-    return found
+    with closing(task):
+        return ReferenceCheck(
+            failed_gates=reference.failed_gates,
+            beyond_limits=float(outside.any(axis=1).mean()),
+            perfect=_perfect(task),
+            too_fast=float((np.abs(reference.joint_vel) > robot.velocity).any(axis=1).mean()),
+            settles_m=_settles(task),
+            survived_s=_survived(task),
+        )
 
 
 def _perfect(task: TrackingTask) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -65,27 +66,40 @@ def train(
     Raises:
         TrackingError: the run cannot be resumed, or its numbers stopped being finite.
     """
-    team = join_team()
-    if team.leads:
-        _prepare(folder, resume)
-    task = TrackingTask(
-        robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces],
-        envs=team.share(config.envs, "--envs"), config=config.task, seed=config.seed + _APART * team.rank,
-        threads=team.threads(config.threads), engine=training_engine(config.engine),
-    )  # fmt: skip
-    trainer = Trainer(task, config.ppo, config.seed, config.threads, team)
-    run, sha = Run(folder=folder), repertoire_sha256(pieces)
-    if resume:
-        saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, sha)
-        run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
-    began = time.perf_counter() - run.seconds
-    with TensorBoard(folder if team.leads else None) as board, Signals() as signals:
+    with ExitStack() as stack:
+        team = join_team()
+        stack.callback(team.leave)
+        if team.leads:
+            _prepare(folder, resume)
+        task = TrackingTask(
+            robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces],
+            envs=team.share(config.envs, "environments"), config=config.task, seed=config.seed + _APART * team.rank,
+            threads=team.threads(config.threads), engine=training_engine(config.engine),
+        )  # fmt: skip
+        stack.callback(task.close)
+        trainer = Trainer(task, config.ppo, config.seed, config.threads, team)
+        run = Run(folder=folder)
+        if resume:
+            saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, repertoire_sha256(pieces))
+            run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
+        _learn(run, trainer, pieces, config, progress)
+        if team.leads:
+            run.onnx_difference = max(
+                export_bundle(bundle_folder(folder, piece, pieces), trainer.actor, task, piece) for piece in pieces
+            )
+    return run
+
+
+def _learn(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig, progress: Progress | None) -> None:
+    """Iterate and judge until there is a reason to stop."""
+    team, sha, began = trainer.team, repertoire_sha256(pieces), time.perf_counter() - run.seconds
+    with TensorBoard(run.folder if team.leads else None) as board, Signals() as signals:
         if not run.curves:
             _judge(run, trainer, pieces, config, board)
         run.stopped = team.told(_reason_to_stop(run, config))
         told_to = ""
         while not run.stopped:
-            task.harden(run.steps / config.steps)
+            trainer.task.harden(run.steps / config.steps)
             result = trainer.iterate(_wanted_kl(config.ppo, run))
             _check_finite(result, trainer, run, config, sha)
             run.steps += result.steps
@@ -101,13 +115,6 @@ def train(
         if run.curves[-1]["steps"] != run.steps and not told_to:
             _judge(run, trainer, pieces, config, board)
         _save(run, trainer, config, sha)
-    if team.leads:
-        run.onnx_difference = max(
-            export_bundle(bundle_folder(folder, piece, pieces), trainer.actor, task, piece) for piece in pieces
-        )
-    task.close()
-    team.leave()
-    return run
 
 
 def _prepare(folder: Path, resume: bool) -> None:

@@ -22,6 +22,7 @@ from tracking import (
     motion_of,
     onnx_policy,
     train,
+    training,
 )
 from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.contract import read_contract
@@ -29,6 +30,7 @@ from tracking.export import contract_of, export_bundle, torch_policy
 from tracking.golden import read_golden, replay
 from tracking.ppo import Trainer
 from tracking.repertoire import read_piece
+from tracking.team import Team
 
 SMALL = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2)
 CONFIG = TrainConfig(envs=16, steps=16 * 8 * 6, evaluate_every=16 * 8 * 3, rollouts=2, threads=1, ppo=SMALL)
@@ -134,6 +136,21 @@ def test_an_actor_that_sees_what_no_robot_measures_is_not_exported(reference, tm
     with pytest.raises(TrackingError, match="anchor_position"):
         export_bundle(tmp_path, one.actor, one.task, piece(reference))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("fault", ["the physics breaks", "the export breaks"])
+def test_whatever_goes_wrong_threads_end_and_the_team_is_left(reference, tmp_path, monkeypatch, fault):
+    ended = []
+    monkeypatch.setattr(TrackingTask, "close", lambda self: ended.append("task"))
+    monkeypatch.setattr(Team, "leave", lambda self: ended.append("team"))
+
+    def broken(*_, **__):
+        raise RuntimeError(fault)
+
+    monkeypatch.setattr(*((Trainer, "iterate") if "physics" in fault else (training, "export_bundle")), broken)
+    with pytest.raises(RuntimeError, match=fault):
+        train(load_robot("dancer"), [piece(reference)], tmp_path / "r", CONFIG)
+    assert ended[-2:] == ["task", "team"]
 
 
 def test_numbers_that_stop_being_finite_stop_the_run_and_keep_the_state(reference, tmp_path, monkeypatch):
