@@ -59,7 +59,7 @@ def run(args: Arguments) -> int:
     suffix = LAYOUTS[args.to].suffix if args.to in LAYOUTS else ""
     out: Path = args.out or args.clip.with_name(f"{args.clip.stem}_{args.to}{suffix}")
     motion = write_motion(out, args.to, clip, robot, args.out_fps)
-    again = read_clip(out, ReadOptions(fps=motion.fps, robot=robot.name))
+    again = read_clip(out, ReadOptions(fps=motion.fps, source_robot=robot.name))
     assert isinstance(again, RobotClip)
     apart = float(np.abs(full_qpos(again, robot)[:, 7:] - motion.joint_pos).max())
     console.print(

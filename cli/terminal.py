@@ -11,9 +11,9 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, Protocol, TypeVar
+from typing import Annotated, Any, Protocol, TypeVar, get_args, get_type_hints
 
 import tyro
 from rich.console import Console
@@ -28,7 +28,6 @@ from robot_models import DanceError
 
 DONE, BELOW_GATE, REFUSED = 0, 1, 2
 _QUIET_S = 15.0  # between two lines of progress in a log
-_FLAGS = {"robot": "--source-robot"}  # reading options whose flag has another name
 T = TypeVar("T")
 
 
@@ -66,7 +65,7 @@ class FileOptions:
             stature=self.stature,
             quat_order=self.quat_order,
             joint_order=self.joint_order,
-            robot=self.source_robot,
+            source_robot=self.source_robot,
             skeleton=self.skeleton,
             mapping=self.mapping,
         )
@@ -90,10 +89,10 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
         return body(options)
     except UnknownSkeleton as e:
         _offer_draft(e)
-        complain(e, name, words)
+        complain(e, name, words, option_names(arguments))
         return REFUSED
     except DanceError as e:
-        complain(e, name, words)
+        complain(e, name, words, option_names(arguments))
         return REFUSED
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
@@ -111,14 +110,24 @@ def _offer_draft(error: UnknownSkeleton) -> None:
     print(f"wrote {path}: check every line of it", file=sys.stderr)
 
 
-def complain(error: DanceError, name: str, words: list[str]) -> None:
-    """The refusal, and the command to type where an option would settle it."""
+def option_names(arguments: Any) -> frozenset[str]:
+    """Names of the options of a command, those of its groups and sub-commands too."""
+    if not (isinstance(arguments, type) and is_dataclass(arguments)):
+        return frozenset().union(*map(option_names, get_args(arguments)))
+    hints = get_type_hints(arguments, include_extras=True)
+    return frozenset(hints).union(*map(option_names, hints.values()))
+
+
+def complain(error: DanceError, name: str, words: list[str], options: frozenset[str]) -> None:
+    """The refusal, and the command to type where an option of this command would settle it."""
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     console.print(f"refused: {error}", style="red", markup=False)
+    if error.option not in options:
+        return
     if error.suggestion:
-        kept = _without(words, flag(error.option))
-        console.print(f"try: {name} {shlex.join(kept)} {flag(error.option)} {error.suggestion}".rstrip(), markup=False)
-    elif error.option:
+        said = (name, shlex.join(_without(words, flag(error.option))), flag(error.option), error.suggestion.strip())
+        console.print(f"try: {' '.join(filter(None, said))}", markup=False)
+    else:
         console.print(f"see: {name} --help, {flag(error.option)}", markup=False)
 
 
@@ -132,7 +141,7 @@ def _without(words: list[str], given: str) -> list[str]:
 
 def flag(option: str) -> str:
     """The command-line flag of a library option."""
-    return _FLAGS.get(option, "--" + option.replace("_", "-"))
+    return "--" + option.replace("_", "-")
 
 
 class Tell(Protocol):

@@ -48,12 +48,13 @@ def choose_layout(raw: RawFile, count: int, options: ReadOptions) -> tuple[str, 
     Raises:
         ClipError: no robot, or more than one, has that many joints.
     """
-    fits = layouts(count, options.robot)
+    fits = layouts(count, options.source_robot)
     if len(fits) == 1:
         robot, names = fits[0]
-        why = f"{count} joint values; only {robot} has that many" if options.robot is None else "given"
+        measured = options.source_robot is None
         return robot, names, Finding(
-            what="robot", value=robot, why=why, confidence="measured" if options.robot is None else "stated", option="robot"
+            what="robot", value=robot, why=f"{count} joint values; only {robot} has that many" if measured else "given",
+            confidence="measured" if measured else "stated", option="source_robot",
         )  # fmt: skip
     known = ", ".join(f"{n} {len(load_robot(n).joint_names)}" for n in robot_names() if installed(n))
     raise ClipError(
@@ -61,7 +62,7 @@ def choose_layout(raw: RawFile, count: int, options: ReadOptions) -> tuple[str, 
         found=f"{count} joint values per frame" + (f", which {len(fits)} robots have" if fits else ""),
         expected=f"a known robot's number of joints ({known})",
         cure="name the robot it was made for",
-        option="robot",
+        option="source_robot",
         suggestion=fits[0][0] if fits else "my_robot.toml",
     )
 
@@ -333,7 +334,7 @@ def _stands(
             found=f"the flatter sole tilted by {1000 * tilt:.0f} mm in half of all frames, read as {model.name}",
             expected=f"feet that stand flat now and then: {model.name}'s joints in a known order",
             cure="the columns may stand in another order, or belong to another robot",
-            option="robot",
+            option="source_robot",
         )
     soles = f"the lower sole is {1000 * low:.0f} mm over z = 0 and tilted by {1000 * tilt:.0f} mm"
     return [
@@ -385,7 +386,7 @@ def _check_limits(raw: RawFile, model: RobotModel, order: list[int], joint_pos: 
             found=f"{100 * share:.0f} % of all joint values over 0.2 rad outside {model.name}'s limits",
             expected=f"{model.name}'s joints in its own order",
             cure="the file may belong to another robot or joint order",
-            option="robot",
+            option="source_robot",
         )
     why = f"{100 * share:.2f} % of values lie over 0.2 rad outside the joint limits, worst {name} by {beyond.max():.2f} rad"
     return Finding(what="joint limits", value="kept" if share == 0 else "nearly kept", why=why, confidence="measured")

@@ -72,7 +72,7 @@ class ReadOptions:
     stature: float | None = None  # height of the person [m]; settles the scale of a file in unknown units
     quat_order: str | None = None  # "wxyz" or "xyzw"
     joint_order: str | None = None  # "mujoco" (depth-first) or "isaac" (breadth-first), of columns without names
-    robot: str | None = None  # the robot that a joint-space file was made for
+    source_robot: str | None = None  # the robot that a joint-space file was made for
     skeleton: str | None = None  # path of the ASF that an AMC was recorded on
     mapping: str | None = None  # path of a file that says which point is which part of the body
 

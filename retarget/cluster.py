@@ -66,7 +66,10 @@ def _connected(address: str, results: Path) -> Any:
         import ray
     except ImportError as e:
         raise RetargetError(
-            f"--ray {address}", found="no Ray", expected="it installed", cure="pip install 'dance-retarget[scale]'"
+            f"Ray cluster {address}",
+            found="no Ray",
+            expected="it installed",
+            cure="pip install 'dance-retarget[scale]'",
         ) from e
     try:
         if address not in ("auto", "local"):
@@ -78,8 +81,8 @@ def _connected(address: str, results: Path) -> Any:
             ray.init(address=address, log_to_driver=False, logging_level="ERROR")
     except (OSError, RuntimeError, ValueError) as e:
         raise RetargetError(
-            f"--ray {address}", found=f"no cluster ({str(e).splitlines()[0]})", expected="one, of this version of Ray",
-            cure="start it with 'ray start --head' and give its host:port, or use --ray local",
+            f"Ray cluster {address}", found=f"no cluster ({str(e).splitlines()[0]})", expected="one, of this version of Ray",
+            cure="start it with 'ray start --head' and give its host:port, or start one here with the address 'local'",
         ) from e  # fmt: skip
     return ray
 

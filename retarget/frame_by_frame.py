@@ -42,7 +42,9 @@ def frame_solver(name: str, robot: RobotModel, config: IkConfig, fps: float) -> 
         from retarget.placo_ik import PlacoIk
 
         return PlacoIk(robot, config, fps)
-    raise RetargetError("solver", found=repr(name), expected="whole-clip, mink or placo", option="--solver whole-clip")
+    raise RetargetError(
+        "solver", found=repr(name), expected="whole-clip, mink or placo", option="solver", suggestion="whole-clip"
+    )
 
 
 def follow(

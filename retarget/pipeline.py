@@ -70,7 +70,7 @@ def retarget(
     if keys and config.solver != "whole-clip":
         raise RetargetError(
             f"key frames with solver {config.solver}", found=f"{len(keys)} key frames",
-            expected="the whole-clip solver: a stream cannot prepare for what comes", option="--solver whole-clip",
+            expected="the whole-clip solver: a stream cannot prepare for what comes", option="solver", suggestion="whole-clip",
         )  # fmt: skip
     part = prepared(clip, robot, config, contacts, keys)
     padded = add_leads(robot, part.rough, part.targets, config)

@@ -59,7 +59,7 @@ def check_together(pieces: Sequence[Piece], robot: RobotModel) -> None:
             )
         if piece.reference.fps != pieces[0].reference.fps:
             raise TrackingError(
-                f"reference {piece.name}", found=f"{piece.reference.fps:g} frames/s", cure="retarget it again with --out-fps",
+                f"reference {piece.name}", found=f"{piece.reference.fps:g} frames/s", cure="retarget it again at that rate",
                 expected=f"{pieces[0].reference.fps:g}, as {pieces[0].name}: one network acts at one rate",
             )  # fmt: skip
 

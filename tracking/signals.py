@@ -27,4 +27,4 @@ class Signals:
     def _hear(self, number: int, _: object) -> None:
         if self.came and number == signal.SIGINT:
             raise KeyboardInterrupt
-        self.came = f"stopped by {signal.Signals(number).name}; go on with --resume"
+        self.came = f"stopped by {signal.Signals(number).name}; the run can be resumed"

@@ -192,12 +192,12 @@ def _cuda(warp: Any) -> str:
     count = warp.get_cuda_device_count()
     if not count:
         raise TrackingError(
-            "--engine warp", found="no CUDA device", expected="one", cure="train on the processor",
+            "MuJoCo-Warp", found="no CUDA device", expected="one", cure="train on the processor",
             option="engine", suggestion="mujoco",
         )  # fmt: skip
     if not torch.cuda.is_available():
         raise TrackingError(
-            "--engine warp", found=f"torch {torch.__version__}, which was built for the processor", expected="CUDA's torch",
+            "MuJoCo-Warp", found=f"torch {torch.__version__}, which was built for the processor", expected="CUDA's torch",
             cure="install torch with CUDA (pytorch.org says how), or train on the processor",
             option="engine", suggestion="mujoco",
         )  # fmt: skip

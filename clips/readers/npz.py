@@ -136,7 +136,7 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
     count = data["joint_pos"].shape[1]
     if "joint_names" in data and "meta" in data:
         try:
-            robot = str(options.robot or json.loads(str(data["meta"]))["robot"])
+            robot = str(options.source_robot or json.loads(str(data["meta"]))["robot"])
         except (ValueError, KeyError, TypeError) as e:
             raise ClipError(
                 f"{raw.name}, meta", found="no JSON that names a robot", expected="a reference's meta"
@@ -190,7 +190,7 @@ def _order_by_kinematics(
     found = ", ".join(f"{k} misses by {1000 * v[0]:.0f} mm" for k, v in misses.items()) or f"{stored.shape[1]} bodies"
     raise ClipError(
         raw.name, found=f"bodies that no joint order of {robot.name} reproduces ({found})",
-        expected="body_pos_w that follows from joint_pos", cure="name the robot it was made for", option="robot",
+        expected="body_pos_w that follows from joint_pos", cure="name the robot it was made for", option="source_robot",
         suggestion="my_robot.toml",
     )  # fmt: skip
 
@@ -200,8 +200,8 @@ def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) 
     _need(raw, data, {"dof_positions": 2, "body_positions": 3, "body_rotations": 3, "dof_names": 1, "body_names": 1})
     fps, finding = rate(raw, data, options, "fps")
     names, bodies = tuple(map(str, data["dof_names"])), list(map(str, data["body_names"]))
-    if options.robot:
-        robot = options.robot
+    if options.source_robot:
+        robot = options.source_robot
     else:
         robot, _, _ = choose_layout(raw, len(names), options)
     root = load_robot(robot).body_names[0]
@@ -242,11 +242,11 @@ def _loco_mujoco(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions
             expected=f"{7 + len(names)}: a free root and one per joint",
         )  # fmt: skip
     fits = [r for r in robot_names() if installed(r) and set(names) <= set(load_robot(r).joint_names)]
-    robot = options.robot or (fits[0] if len(fits) == 1 else None)
+    robot = options.source_robot or (fits[0] if len(fits) == 1 else None)
     if robot is None:
         raise ClipError(
             f"{raw.name}, joint_names", found=", ".join(names[:4]) + " ...", expected="joints of one robot that is known here",
-            cure="name the robot it was made for", option="robot", suggestion="my_robot.toml",
+            cure="name the robot it was made for", option="source_robot", suggestion="my_robot.toml",
         )  # fmt: skip
     qpos = np.asarray(data["qpos"], dtype=float)
     return robot_clip(

@@ -145,7 +145,7 @@ def _columns(data: Table, names: Sequence[str]) -> ndarray:
 def _match_joints(raw: RawFile, written: list[str], options: ReadOptions) -> tuple[str, list[str]]:
     """The robot whose joints are written in the header: as joints, or as the links that they move."""
     tried = []
-    for name in [options.robot] if options.robot else [n for n in robot_names() if installed(n)]:
+    for name in [options.source_robot] if options.source_robot else [n for n in robot_names() if installed(n)]:
         robot = load_robot(name)
         links = dict(zip(robot.body_names[1:], robot.joint_names, strict=True))
         joints = [w if w in robot.joint_names else links.get(w, links.get(f"{w}_link", "")) for w in written]
@@ -166,6 +166,6 @@ def _match_joints(raw: RawFile, written: list[str], options: ReadOptions) -> tup
         found=f"joint columns that fit no robot; {name} comes nearest, without {', '.join(unknown[:6])}",
         expected="the joints or links of one robot",
         cure="name the robot, or correct the columns",
-        option="robot",
+        option="source_robot",
         suggestion=name,
     )

@@ -235,7 +235,7 @@ def test_13_another_number_of_joints_is_named_or_refused(tmp_path, qpos, g1):
     held = next(f for f in clip.source.findings if f.what == "joints held at the default pose")
     assert "left_wrist_roll_joint" in held.value and "23 of 29" in held.why
     wide = np.concatenate((rows, np.zeros((FRAMES, 14))), axis=1)
-    refused("43 joint values.*known robot's number", csv(tmp_path / "b.csv", wide), "robot", fps=FPS)
+    refused("43 joint values.*known robot's number", csv(tmp_path / "b.csv", wide), "source_robot", fps=FPS)
 
 
 def test_14_the_right_number_of_joints_in_another_order(tmp_path, qpos, g1):
@@ -260,7 +260,7 @@ def test_15_an_archive_without_names_is_read_as_its_bodies_prove_or_refused(tmp_
     np.savez(tmp_path / "a.npz", body_pos_w=pos[:, bodies], body_quat_w=quat[:, bodies], **arrays)
     np.testing.assert_allclose(full_qpos(read_clip(tmp_path / "a.npz"), g1)[:, 7:], qpos[:, 7:], atol=1e-6)
     np.savez(tmp_path / "b.npz", body_pos_w=pos, body_quat_w=quat, **arrays)
-    refused("bodies that no joint order of g1 reproduces", tmp_path / "b.npz", "robot")
+    refused("bodies that no joint order of g1 reproduces", tmp_path / "b.npz", "source_robot")
 
 
 def test_16_links_for_joints_are_matched_and_strangers_named(tmp_path, qpos, g1):
@@ -269,7 +269,7 @@ def test_16_links_for_joints_are_matched_and_strangers_named(tmp_path, qpos, g1)
     clip = read_clip(csv(tmp_path / "a.csv", qpos, names + "\n"), ReadOptions(fps=FPS))
     np.testing.assert_allclose(full_qpos(clip, g1), qpos, atol=1e-6)
     strange = csv(tmp_path / "b.csv", qpos, names.replace("dof_left_knee_link", "dof_left_shank_link") + "\n")
-    assert refused("g1 comes nearest, without left_shank_link", strange, "robot", fps=FPS).suggestion == "g1"
+    assert refused("g1 comes nearest, without left_shank_link", strange, "source_robot", fps=FPS).suggestion == "g1"
 
 
 def test_17_a_clip_far_away_with_a_false_start_begins_at_the_origin(tmp_path, dancer):

@@ -170,7 +170,7 @@ def test_a_robot_by_path_may_be_the_source(tmp_path, motion):
     )
     (tmp_path / "mine.toml").write_text(text)
     path = write_rows(tmp_path / "m.csv", motion)
-    clip = read_clip(path, ReadOptions(fps=30, robot=str(tmp_path / "mine.toml")))
+    clip = read_clip(path, ReadOptions(fps=30, source_robot=str(tmp_path / "mine.toml")))
     assert clip.robot == "mine"
 
 

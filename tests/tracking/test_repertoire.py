@@ -142,7 +142,8 @@ def test_the_command_leaves_out_what_missed_a_gate_in_a_folder_and_refuses_it_by
     np.savez(folder / "junk.npz", a=np.zeros(3))
     budget = ["--steps", "64", "--envs", "8", "--no-recording", "-o", str(tmp_path / "run")]
     assert main(["--ref", str(folder), *budget]) == 2
-    assert "references of dancer, g1" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "references of dancer, g1" in said and "--robot dancer" in said and "source-robot" not in said
     assert main(["--ref", str(folder), "--robot", "dancer", *budget]) == 1
     said = capsys.readouterr().out
     for name, why in (("bad", "gates that failed"), ("other", "g1, not dancer"), ("junk", "no reference")):
