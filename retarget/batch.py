@@ -206,13 +206,7 @@ def _note(job: Job) -> Path:
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"), initializer=_one_thread_each)
-
-
-def _one_thread_each() -> None:
-    """Processes share the cores; the threads of numpy's libraries would fight over them."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ[name] = "1"
+    return ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"))
 
 
 def _result(future: Future[Outcome]) -> Outcome | None:
