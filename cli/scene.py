@@ -86,9 +86,7 @@ def lay_floor(log: Log, root_pos: ndarray, index: list[Any], fps: float) -> None
     log.send_columns("world/follow", index, rr.Transform3D.columns(translation=path.astype(np.float32)))
 
 
-def draw_robot(
-    log: Log, root: str, robot: RobotModel, parts: Sequence[Part], tint: tuple[int, ...] | None = None
-) -> None:
+def draw_robot(log: Log, root: str, parts: Sequence[Part], tint: tuple[int, ...] | None = None) -> None:
     """The robot's surface, once."""
     import rerun as rr
 

@@ -21,7 +21,7 @@ def save_retargeting(path: Path, result: Retargeted) -> None:
     with scene.recording(path, f"{robot.name}: {result.source.source.file}") as log:
         index = scene.timelines(np.arange(reference.frames), reference.fps)
         scene.lay_floor(log, reference.body_pos_w[:, 0], index, reference.fps)
-        scene.draw_robot(log, "world/robot", robot, visual_parts(robot))
+        scene.draw_robot(log, "world/robot", visual_parts(robot))
         scene.move_robot(log, "world/robot", robot, reference.body_pos_w, reference.body_quat_w, index)
         scene.draw_soles(log, robot, reference, index)
         scene.draw_source(log, result.source, start)
@@ -60,9 +60,9 @@ def save_rollouts(
             meant = slice(dance.start, dance.start + frames)  # evaluations begin with the dance
             aside_m = np.array([0.0, -scene.SIDE_M * k, 0.0])
             pos, quat = forward_kinematics(robot, rollout)
-            scene.draw_robot(log, root, robot, parts)
+            scene.draw_robot(log, root, parts)
             scene.move_robot(log, root, robot, pos + aside_m, quat, index)
-            scene.draw_robot(log, f"{root}-ghost", robot, parts, tint=scene.GHOST)
+            scene.draw_robot(log, f"{root}-ghost", parts, tint=scene.GHOST)
             scene.move_robot(
                 log, f"{root}-ghost", robot, reference.body_pos_w[meant] + aside_m, reference.body_quat_w[meant], index
             )
@@ -99,7 +99,7 @@ def save_rehearsal(
     with scene.recording(path, f"{robot.name}: rehearsal") as log:
         index = scene.timelines(np.arange(len(qpos)), fps)
         scene.lay_floor(log, pos[:, 0], index, fps)
-        scene.draw_robot(log, "world/robot", robot, visual_parts(robot))
+        scene.draw_robot(log, "world/robot", visual_parts(robot))
         scene.move_robot(log, "world/robot", robot, pos, quat, index)
         scene.plot_curves(log, "plots/rehearsal", series, index)
         log.log("report", scene.markdown(text), static=True)
@@ -127,7 +127,7 @@ def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references
         for k, (name, reference) in enumerate(references.items()):
             root = f"world/{scene.slug(name)}"
             aside_m = np.array([0.0, -scene.SIDE_M * k, 0.0])
-            scene.draw_robot(log, root, robot, parts)
+            scene.draw_robot(log, root, parts)
             scene.move_robot(log, root, robot, reference.body_pos_w + aside_m, reference.body_quat_w, index)
             scene.draw_soles(log, robot, reference, index, root)
             scene.label(log, f"{root}-name", name, reference.body_pos_w[:, 0] + aside_m, index)

@@ -11,13 +11,12 @@ import numpy as np
 from numpy import ndarray
 
 from clips.errors import ClipError
-from clips.source import RawFile, Repair
+from clips.source import FASTEST, SLOWEST, RawFile, Repair
 
 _RATE = re.compile(r"^#\s*(?:fps|frame[_ ]?rate)\s*[:=]\s*([0-9.eE+-]+)\s*$", re.IGNORECASE)
 _TIME = {"time", "t", "time_s", "timestamp", "time(s)", "times", "sec", "seconds"}
 _MARK = b"\xef\xbb\xbf"
 _MAX_JITTER = 0.05  # of a frame
-_SLOWEST, _FASTEST = 2.0, 2000.0  # frame rates that a recording may have [Hz]
 _LONGEST_HOLE_S = 0.1
 _WIDEST = 10_000  # columns
 
@@ -187,7 +186,7 @@ def _with_rate(table: Table, rates: list[str], named_points: bool) -> Table:
     if len(time) < 2:
         raise ClipError(where, found="one instant", expected="several frames")
     dt = float(np.median(np.diff(time)))
-    if not 1.0 / _FASTEST < dt < 1.0 / _SLOWEST:
+    if not 1.0 / FASTEST <= dt <= 1.0 / SLOWEST:
         raise ClipError(
             f"{where}, time column", found=f"a step of {dt:g}", expected="seconds between frames",
             cure="write the times in seconds (these look like milliseconds?)" if dt >= 1.0 else "check the times",

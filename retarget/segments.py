@@ -15,8 +15,6 @@ from retarget.targets import Targets, joined
 from robot_models import FEET, RobotModel, forward_kinematics
 from robot_models import rotation as rot
 
-SEGMENT_NAMES = ("lead-in", "dance", "lead-out")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Padded:

@@ -239,3 +239,17 @@ def test_a_stray_point_with_long_gaps_is_left_out(tmp_path):
     clip = read_clip(tmp_path / "p.csv")
     assert "stray" not in clip.names
     assert any("stray" in r.what for r in clip.source.repairs)
+
+
+@pytest.mark.parametrize(("fps", "good"), [(1.0, True), (1.5, True), (0.9, False)])
+def test_a_time_column_may_be_as_slow_as_any_other_file(fps, good, tmp_path):
+    rows = [f"{k / fps},{0.0},{0.0},{0.79},1,0,0,0," + ",".join(["0.0"] * 29) for k in range(8)]
+    names = ["time", "x", "y", "z", "qw", "qx", "qy", "qz"]
+    names += [f"dof_{name}" for name in load_robot("g1").joint_names]
+    path = tmp_path / "slow.csv"
+    path.write_text("\n".join([",".join(names), *rows]) + "\n")
+    if good:
+        assert read_clip(path).fps == pytest.approx(fps)
+    else:
+        with pytest.raises(ClipError, match="step of 1.1"):
+            read_clip(path)
