@@ -20,7 +20,7 @@ from retarget import RetargetConfig, retarget
 from retarget.batch import BatchConfig, Job, jobs_for, run_batch
 from retarget.cluster import run_on_ray
 from robot_models import DanceError, load_robot
-from robot_models.cores import available_threads
+from robot_models.maths import available_threads
 
 CONFIG = BatchConfig(retargeting=RetargetConfig())
 

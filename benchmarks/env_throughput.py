@@ -22,7 +22,7 @@ from mujoco import rollout
 import tracking.envs  # noqa: F401  (registers the ids)
 from clips import load_reference
 from robot_models import load_robot
-from robot_models.cores import available_threads
+from robot_models.maths import available_threads
 from tracking import TrackingTask
 
 STEPS, ROUNDS = 24, 5

@@ -62,7 +62,7 @@ def make(folder: Path, minutes: float) -> list[Path]:
     bvh.write_text("\n".join([*lines[: head - 2], f"Frames: {count}", lines[head - 1], *body[:count]]) + "\n")
     robot = load_robot("dancer")
     from clips import RobotClip
-    from robot_models import rotation as rot
+    from robot_models.maths import rotation as rot
 
     reference = retarget(cut(read_clip(SAMPLE), 0.0, 4.0), robot).reference
     there = np.concatenate((reference.qpos, reference.qpos[::-1]))

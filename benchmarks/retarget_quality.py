@@ -144,7 +144,8 @@ def frame_goals(robot: RobotModel, targets: Targets) -> list[tuple]:
 
 def limb_places(robot: RobotModel, targets: Targets) -> dict[str, ndarray]:
     """Knees, elbows and wrists laid out from pelvis and trunk targets."""
-    from robot_models import forward_kinematics, rotation
+    from robot_models import forward_kinematics
+    from robot_models.maths import rotation
 
     zero = np.zeros((1, robot.nq))
     zero[:, 3] = 1.0

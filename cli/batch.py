@@ -17,7 +17,7 @@ from clips import ClipError, OutputError
 from clips.files import write_whole
 from retarget import RetargetConfig, RetargetError
 from retarget.batch import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
-from robot_models.cores import available_threads
+from robot_models.maths import available_threads
 
 if TYPE_CHECKING:
     from cli.retarget import Arguments

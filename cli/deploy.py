@@ -219,7 +219,7 @@ class Rehearsed:
     @property
     def upright(self) -> ndarray:
         """z of the root's up axis."""
-        from robot_models import rotation as rot
+        from robot_models.maths import rotation as rot
 
         return rot.rotate(self.qpos[:, 3:7], np.array((0.0, 0.0, 1.0)))[:, 2]
 

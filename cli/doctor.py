@@ -89,7 +89,7 @@ def _state(distribution: str, module: str) -> str:
 
 
 def _machine() -> dict[str, str]:
-    from robot_models.cores import available_threads
+    from robot_models.maths import available_threads
 
     display = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
     windows = "here" if display or not sys.platform.startswith("linux") else "none: use --film and rerun elsewhere"

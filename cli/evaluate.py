@@ -160,7 +160,7 @@ def _evaluate(args: Arguments, folder: Path, engines: tuple[str, ...]) -> dict[s
 
 
 def _sweep(args: Arguments, engines: tuple[str, ...], console: Console) -> int:
-    from robot_models.cores import available_threads
+    from robot_models.maths import available_threads
     from tracking import sweep
 
     with progress("cells") as tell:

@@ -19,9 +19,9 @@ from numpy import ndarray
 from clips import PIVOTING, PLANTED, HumanClip, Reference
 from clips.files import write_whole
 from retarget import Report, Retargeted
-from retarget.smooth import smooth
 from robot_models import FEET, RobotModel, sole_edges
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
+from robot_models.maths import smooth
 from robot_models.visual import Part
 
 Log = Any  # rerun.RecordingStream

@@ -10,7 +10,7 @@ from numpy import ndarray
 
 from clips.clip import Clip, RobotClip
 from clips.source import Repair
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 _SLOW = 0.2  # of a foot that stands [m/s]
 _LOW = 0.06  # above the lowest of its neighbourhood, within which a foot may stand [m]

@@ -10,8 +10,8 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips.errors import ClipError
-from clips.runs import runs_of
 from clips.source import Repair
+from robot_models.maths import runs_of
 
 MAX_GAP_S = 0.1  # the longest stretch that is filled, of anything
 

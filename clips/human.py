@@ -16,7 +16,7 @@ from clips.gaps import without_gaps
 from clips.mapping import UnknownSkeleton, read_mapping
 from clips.skeleton import find_landmarks, find_unit, leg_lengths, stature
 from clips.source import UNITS, Finding, RawFile, ReadOptions, Repair
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 _SHORTEST, _TALLEST = 0.5, 2.6  # of a person [m]
 # Rotations (determinant +1, so nothing is mirrored) that bring a file's up axis to z.

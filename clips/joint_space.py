@@ -17,7 +17,7 @@ from clips.clip import RobotClip
 from clips.errors import ClipError
 from clips.source import Finding, RawFile, ReadOptions, Repair
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names, sole_corners
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 _PROBE_FRAMES = 200
 _OTHER = {"xyzw": "wxyz", "wxyz": "xyzw"}

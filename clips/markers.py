@@ -13,7 +13,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.source import Finding
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 # Names by marker set, {S} for L or R: Plug-in Gait; CMU; Rizzoli as in OptiTrack's Biomech; Qualisys and Motive.
 _FRONT = ("{S}ASI", "{S}FWT", "{S}IAS", "Waist{S}Front")

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import Clip, HumanClip
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 def recentred(clip: Clip) -> Clip:

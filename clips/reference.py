@@ -21,7 +21,7 @@ from numpy import ndarray
 from clips.errors import ReferenceFileError
 from clips.files import write_whole
 from robot_models import CONTACT_NAMES, RobotModel, forward_kinematics
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 FORMAT_VERSION = 1
 FREE, PLANTED, PIVOTING = 0, 1, 2

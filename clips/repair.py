@@ -19,10 +19,10 @@ from clips.errors import ClipError
 from clips.floor import on_level_floor
 from clips.gaps import MAX_GAP_S
 from clips.resample import cut, sample_quat
-from clips.runs import runs_of
 from clips.source import Repair
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
+from robot_models.maths import runs_of
 
 _FASTEST_HIPS = 12.0  # of a person or a robot [m/s]; a sprinter's
 _FASTEST_POINT = 25.0  # of anything on a body [m/s]; a pitcher's hand

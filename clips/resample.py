@@ -10,7 +10,7 @@ from numpy import ndarray
 
 from clips.clip import Clip, HumanClip
 from clips.errors import ClipError
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 def resample(clip: Clip, fps: float) -> Clip:

@@ -15,7 +15,7 @@ from clips.clip import MIN_FRAMES, HumanClip
 from clips.errors import ClipError
 from clips.human import human_clip
 from clips.source import Finding, RawFile, ReadOptions
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 # name, parent, offset to the parent in metres in the model's axes (x left, y up, z forward)
 _JOINTS = (

@@ -18,7 +18,7 @@ from clips.joint_space import breadth_first, full_qpos
 from clips.reference import FREE, Reference, make_reference
 from clips.resample import resample
 from robot_models import RobotModel
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,8 +11,8 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import HumanClip
-from clips.runs import nearest
-from robot_models import rotation as rot
+from robot_models.maths import nearest
+from robot_models.maths import rotation as rot
 
 
 def trunk_frames(clip: HumanClip) -> tuple[Float[ndarray, "T 4"], Float[ndarray, "T 4"]]:

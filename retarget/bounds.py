@@ -12,9 +12,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from retarget.band import REACH, BandedSystem, spread_back, widened
 from retarget.config import WholeClipConfig
 from robot_models import RobotModel
+from robot_models.maths import REACH, BandedSystem, spread_back, widened
 
 # Springs that hold rows of order 0, 1 and 2: violations are forces over these. Stiffer ones make the active sets of
 # speed and acceleration cycle where joints have little room.

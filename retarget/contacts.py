@@ -9,9 +9,9 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from clips import FREE, PIVOTING, PLANTED, HumanClip
-from clips.runs import runs_of
 from retarget.config import ContactConfig
-from robot_models import FEET, rotation
+from robot_models import FEET
+from robot_models.maths import rotation, runs_of
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -13,10 +13,10 @@ from numpy import ndarray
 
 from clips import FREE, PIVOTING, PLANTED
 from clips.files import write_whole
-from clips.runs import runs_of
 from retarget.contacts import Contacts
 from retarget.errors import RetargetError
 from robot_models import CONTACT_NAMES, RobotModel
+from robot_models.maths import runs_of
 
 KINDS = {"free": FREE, "planted": PLANTED, "pivoting": PIVOTING}
 _CONTACT_COLUMNS, _KEY_COLUMNS = ("start", "end", "edge", "kind"), ("time", "joint", "value")

@@ -14,11 +14,11 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from clips import FREE, HumanClip
-from clips.runs import away_from, runs_of
 from retarget.body import foot_frames
 from retarget.contacts import Contacts
 from robot_models import FEET, RobotModel, Sole
-from robot_models import rotation as rot
+from robot_models.maths import away_from, runs_of
+from robot_models.maths import rotation as rot
 
 _RAMP_S = 0.12  # time in which a foot leaves its flat pose towards the source's pitch
 _EASE_S = 0.16  # time in which a swinging foot takes up the source's motion

@@ -16,8 +16,8 @@ from clips.place import recentred
 from retarget.config import RetargetConfig
 from retarget.errors import RetargetError
 from retarget.pipeline import Progress, Retargeted, retarget
-from retarget.smooth import smooth
 from robot_models import RobotModel
+from robot_models.maths import smooth
 
 _SMOOTH_HZ = 1.5  # how fast the pace may change
 

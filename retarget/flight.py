@@ -13,9 +13,9 @@ from jaxtyping import Int
 from numpy import ndarray
 
 from clips import FREE, HumanClip
-from clips.runs import runs_of
 from retarget.contacts import edge_points
 from retarget.targets import Targets
+from robot_models.maths import runs_of
 
 _G = 9.81  # [m/s^2]
 _UP = 0.04  # the source jumps if all its edges are higher than this over their own floor for a moment [m]

@@ -10,10 +10,10 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import FREE
-from clips.runs import runs_of
 from retarget.feet import FootTargets, smoothstep, spread
 from robot_models import FEET, RobotModel
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
+from robot_models.maths import runs_of
 
 _GAP = 0.010  # kept between the soles of two standing feet [m]
 _LOW = 0.12  # one foot over the other, up to which they meet [m]

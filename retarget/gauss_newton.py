@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from retarget.band import REACH, band_memory, widened
 from retarget.bounds import joint_bounds, kept
 from retarget.clearance import WORLD, Clearance, Places, Proximity, low_soles, too_near
 from retarget.config import Level, WholeClipConfig
@@ -19,6 +18,7 @@ from retarget.goals import Goals
 from retarget.quadratic import constrained_step, quadratic_model
 from robot_models import RobotModel
 from robot_models.jacobians import Kinematics, integrate, kinematics
+from robot_models.maths import REACH, band_memory, widened
 
 _NEAR = 0.025  # surfaces nearer than this are watched [m]
 _HELD = 1e10  # damping that lets a frame not move

@@ -16,8 +16,8 @@ from retarget.config import GoalWeights
 from retarget.goals import Goals
 from retarget.targets import LIMBS
 from robot_models import RobotModel
-from robot_models import rotation as rot
 from robot_models.jacobians import Kinematics, forces
+from robot_models.maths import rotation as rot
 
 _X = np.array([1.0, 0.0, 0.0])
 _COUPLES = np.eye(3, 6)  # wrenches of unit couples about the world's axes

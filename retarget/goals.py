@@ -14,7 +14,7 @@ from retarget.feet import edge_share
 from retarget.free_joints import free_joints
 from retarget.targets import LIMBS, Targets
 from robot_models import FEET, RobotModel
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -32,8 +32,8 @@ from retarget.report import Metric, Report, measure
 from retarget.segments import Padded, add_leads, blend_frames, targets_of
 from retarget.targets import Targets, joined
 from robot_models import RobotModel
-from robot_models import rotation as rot
-from robot_models.cores import one_blas_thread
+from robot_models.maths import one_blas_thread
+from robot_models.maths import rotation as rot
 
 _LIFT = 0.05  # of a foot that steps across [m]
 _NEAR = 0.01  # a foot nearer to its next place than this stays down [m]

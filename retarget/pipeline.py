@@ -27,7 +27,7 @@ from retarget.segments import Padded, add_leads
 from retarget.targets import Targets, make_targets
 from retarget.whole_clip import optimise, rough_poses
 from robot_models import RobotError, RobotModel
-from robot_models.cores import one_blas_thread
+from robot_models.maths import one_blas_thread
 
 Progress = Callable[[str, int, int], None]  # stage, done, in all
 

@@ -11,12 +11,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from retarget.band import REACH, BandedSystem, Memory, spread_back
 from retarget.bounds import Bound
 from retarget.clearance import Clearance
 from retarget.errors import RetargetError
 from retarget.goals import Goals
-from robot_models import rotation as rot
+from robot_models.maths import REACH, BandedSystem, Memory, spread_back
+from robot_models.maths import rotation as rot
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

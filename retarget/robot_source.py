@@ -6,7 +6,7 @@ import numpy as np
 
 from clips import HumanClip, RobotClip, full_qpos
 from robot_models import FEET, RobotModel, forward_kinematics, load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 _PARENTS = {
     "hip": "pelvis", "knee": "hip", "foot": "knee", "toe": "foot", "shoulder": "torso", "elbow": "shoulder", "wrist": "elbow",

@@ -13,7 +13,7 @@ from retarget.config import RetargetConfig
 from retarget.feet import FootTargets, smoothstep
 from retarget.targets import Targets, joined
 from robot_models import FEET, RobotModel, forward_kinematics
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -11,12 +11,12 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import FREE
-from clips.runs import runs_of
 from retarget.feet import FootTargets, spread
 from robot_models import FEET, RobotModel
-from robot_models import rotation as rot
 from robot_models.jacobians import ancestors
 from robot_models.kinematics import joint_axes
+from robot_models.maths import rotation as rot
+from robot_models.maths import runs_of
 
 _MARGIN = 0.02  # of the ankle's range, kept for balance [rad]
 _ALONG = 0.7  # cosine to the foot's length, above which an ankle's joint is its roll

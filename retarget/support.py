@@ -13,7 +13,7 @@ from numpy import ndarray
 
 from clips import FREE, Reference
 from robot_models import CONTACT_NAMES, FEET, RobotModel
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 _HIGH = 0.03  # a point higher than this carries nothing, whatever its label says [m]
 _LOW, _SLOW = 0.01, 0.3  # an unlabelled point lower [m] and slower [m/s] than this carries all the same

@@ -19,10 +19,10 @@ from retarget.config import RetargetConfig
 from retarget.contacts import Contacts
 from retarget.feet import FootTargets, flat_height, foot_targets
 from retarget.footprints import parted
-from retarget.smooth import smooth
 from retarget.straddle import drawn_in
 from robot_models import FEET, RobotModel, forward_kinematics
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
+from robot_models.maths import smooth
 
 LIMBS = tuple(
     (f"{side}_{start}", f"{side}_{end}")

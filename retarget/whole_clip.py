@@ -14,7 +14,7 @@ from retarget.feet import smoothstep
 from retarget.gauss_newton import refine
 from retarget.goals import Goals
 from robot_models import RobotModel
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 Progress = Callable[[int, int], None]  # steps done, steps in all
 

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from robot_models.profile import Capsule
 from robot_models.visual import mesh_parts
 

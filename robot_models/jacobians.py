@@ -17,8 +17,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from robot_models import rotation as rot
 from robot_models.kinematics import joint_axes
+from robot_models.maths import rotation as rot
 from robot_models.robot import RobotModel
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models import rotation as rot
 from robot_models.errors import RobotError
+from robot_models.maths import rotation as rot
 from robot_models.robot import RobotModel
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models import rotation as rot
 from robot_models.build import BODY_BIT
 from robot_models.kinematics import sole_corners
+from robot_models.maths import rotation as rot
 from robot_models.robot import RobotModel
 
 if TYPE_CHECKING:

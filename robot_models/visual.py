@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from robot_models.robot import RobotModel
 from robot_models.source import locate
 from robot_models.surface import body_geoms

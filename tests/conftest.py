@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 SAMPLES = Path(__file__).parent.parent / "clips" / "samples"
 SHARED = Path(__file__).parent.parent.parent / "shared" / "clips"

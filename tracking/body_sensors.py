@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models import BodyStates, RobotModel
-from robot_models.cores import available_threads
+from robot_models.maths import available_threads
 
 if TYPE_CHECKING:
     import mujoco

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robot_models import RobotModel
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from tracking.contract import ChainLink
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol
 
-from robot_models.arrays import Array
+from robot_models.maths import Array
 
 if TYPE_CHECKING:
     import torch

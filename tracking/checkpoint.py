@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from clips.files import write_whole
-from robot_models.arrays import in_memory
+from robot_models.maths import in_memory
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
 from tracking.ppo import Trainer

@@ -12,8 +12,8 @@ from numpy import ndarray
 
 from clips import Reference
 from robot_models import FEET, BodyStates, RobotModel
-from robot_models import rotation as rot
-from robot_models.arrays import Array, namespace
+from robot_models.maths import Array, namespace
+from robot_models.maths import rotation as rot
 from tracking.config import TerminationConfig
 
 

@@ -16,7 +16,7 @@ from numpy import ndarray
 
 from clips import load_reference
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from tracking.config import RandomisationConfig
 from tracking.mujoco_batch import MujocoBatch
 from tracking.randomisation import draw_robots

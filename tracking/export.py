@@ -17,7 +17,7 @@ from numpy import ndarray
 
 from clips import Reference
 from clips.files import write_whole
-from robot_models.arrays import in_memory
+from robot_models.maths import in_memory
 from tracking.chain import anchor_chain
 from tracking.config import RandomisationConfig
 from tracking.contract import FROM_REFERENCE, Contract, write_contract

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models import RobotModel
-from robot_models.cores import available_threads
+from robot_models.maths import available_threads
 from robot_models.surface import body_geoms
 from tracking.physics import PhysicsBatch
 

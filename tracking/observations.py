@@ -14,8 +14,8 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models import BodyStates, RobotModel
-from robot_models import rotation as rot
-from robot_models.arrays import Array, namespace
+from robot_models.maths import Array, namespace
+from robot_models.maths import rotation as rot
 from tracking.chance import Chance
 from tracking.comparison import ReferenceTables
 from tracking.config import ObservationNoise

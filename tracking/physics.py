@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models import BodyStates, RobotModel
-from robot_models.arrays import Array, namespace, remember
+from robot_models.maths import Array, namespace, remember
 from tracking.body_sensors import BodySensors
 from tracking.chance import Chance
 from tracking.errors import TrackingError

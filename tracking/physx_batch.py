@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from tracking.errors import TrackingError
 from tracking.motors import servo_gains, torque_limits
 from tracking.physics import PhysicsBatch

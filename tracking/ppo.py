@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from tensordict import TensorDict
 
-from robot_models.arrays import Array, in_memory, namespace
+from robot_models.maths import Array, in_memory, namespace
 from tracking.config import PpoConfig
 from tracking.task import StepResult, TrackingTask
 from tracking.team import Team

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models import RobotModel
-from robot_models.arrays import Array, namespace
+from robot_models.maths import Array, namespace
 from tracking.chance import Chance
 from tracking.config import RandomisationConfig
 from tracking.motors import limit_torque_by_speed

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from jaxtyping import Float
 
-from robot_models.arrays import Array, namespace
+from robot_models.maths import Array, namespace
 from tracking.comparison import TrackingErrors
 from tracking.config import RewardConfig
 

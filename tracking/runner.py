@@ -15,7 +15,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import Reference
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from tracking.contract import FROM_REFERENCE, Contract
 from tracking.errors import TrackingError
 from tracking.prior import joint_targets

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Int
 from numpy import ndarray
 
-from robot_models.arrays import Array, namespace
+from robot_models.maths import Array, namespace
 from tracking.chance import Chance
 from tracking.comparison import ReferenceTables
 from tracking.config import StartConfig

@@ -13,8 +13,8 @@ from jaxtyping import Bool, Float, Int
 
 from clips import Reference
 from robot_models import RobotModel
-from robot_models import rotation as rot
-from robot_models.arrays import Array, in_memory, namespace, remember
+from robot_models.maths import Array, in_memory, namespace, remember
+from robot_models.maths import rotation as rot
 from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
 from tracking.config import TaskConfig
 from tracking.mujoco_batch import MujocoBatch

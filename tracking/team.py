@@ -10,7 +10,7 @@ import os
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from robot_models.cores import available_threads
+from robot_models.maths import available_threads
 from tracking.errors import TrackingError
 
 T = TypeVar("T")

@@ -17,8 +17,8 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models import BodyStates, RobotModel
-from robot_models import rotation as rot
-from robot_models.arrays import Array
+from robot_models.maths import Array
+from robot_models.maths import rotation as rot
 from tracking.chance import Chance, TorchChance
 from tracking.errors import TrackingError
 from tracking.physics import BodyReader, PhysicsBatch

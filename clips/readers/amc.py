@@ -17,7 +17,7 @@ from clips.clip import HumanClip
 from clips.errors import ClipError
 from clips.human import human_clip
 from clips.source import Finding, RawFile, ReadOptions
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 # Points stand where bones begin: a thigh's is the hip.
 _SIDED = {

@@ -15,7 +15,7 @@ from clips.clip import HumanClip
 from clips.errors import ClipError
 from clips.human import human_clip
 from clips.source import Finding, RawFile, ReadOptions
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 _MOST_JOINTS, _MOST_ENDS = 1000, 100
 _BLOCK = 2048  # frames worked on at a time

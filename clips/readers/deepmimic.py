@@ -13,7 +13,7 @@ from clips.clip import HumanClip
 from clips.errors import ClipError
 from clips.human import human_clip
 from clips.source import Finding, RawFile, ReadOptions
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 _COLUMNS = 44  # duration, root position and quaternion, then the joints below
 # name, parent, offset [m], numbers in the file: 4 a quaternion, 1 an angle about z, 0 fixed.

@@ -18,8 +18,8 @@ from clips.errors import ClipError
 from clips.joint_space import breadth_first, choose_layout, robot_clip
 from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models import RobotModel, forward_kinematics, load_robot
-from robot_models import rotation as rot
 from robot_models.catalogue import installed, robot_names
+from robot_models.maths import rotation as rot
 
 _BODY_TOLERANCE = (
     5e-3  # float32 files of other tools reproduce their bodies to ~1e-4 m; the wrong order misses by > 0.1

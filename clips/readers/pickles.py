@@ -26,7 +26,7 @@ from clips.clip import Clip, HumanClip, RobotClip
 from clips.errors import ClipError
 from clips.joint_space import choose_layout, joint_order, robot_clip
 from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 _MULTIARRAY = ("numpy.core.multiarray", "numpy._core.multiarray")
 _NUMERIC = ("numpy.core.numeric", "numpy._core.numeric")

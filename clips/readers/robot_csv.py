@@ -18,7 +18,7 @@ from clips.joint_space import choose_layout, joint_order, robot_clip
 from clips.source import Finding, RawFile, ReadOptions
 from clips.table import Table
 from robot_models import installed, load_robot, robot_names
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 _DOF = re.compile(r"^dof_(.+?)(?:\(rad\))?$|^(.+?)_dof$")
 

@@ -13,7 +13,7 @@ from clips.errors import ClipError
 from clips.joint_space import choose_layout, joint_order, robot_clip
 from clips.readers.npz import rate, refuse_bombs
 from clips.source import RawFile, ReadOptions
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 _KEYS = ("dof_pos", "rigid_body_pos", "rigid_body_rot")
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy import ndarray
 
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 FPS = 60.0
 BEAT_S = 0.5  # 120 beats per minute

@@ -5,7 +5,7 @@ from conftest import SAMPLES
 
 from clips import RobotClip, full_qpos
 from robot_models import forward_kinematics, load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 def same(clip: RobotClip, qpos, tolerance=1e-6):

@@ -11,7 +11,7 @@ from conftest import SAMPLES
 from clips import ClipError, OutputError, ReferenceFileError, cut, load_reference, read_clip, resample, save_reference
 from clips.place import recentred
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 @pytest.fixture(scope="module")

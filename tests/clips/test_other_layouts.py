@@ -11,7 +11,7 @@ from clips import ClipError, HumanClip, ReadOptions, full_qpos, read_clip, repai
 from clips.joint_space import _stands
 from clips.source import RawFile
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 def dance(frames=40):

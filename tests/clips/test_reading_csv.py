@@ -7,7 +7,7 @@ from round_trip import edited_times, same, write_rows
 
 from clips import ClipError, HumanClip, ReadOptions, read_clip
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 @pytest.mark.parametrize("order", ["xyzw", "wxyz"])

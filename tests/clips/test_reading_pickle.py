@@ -8,7 +8,7 @@ from round_trip import gmr, same
 
 from clips import ClipError, read_clip
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 def test_gmr_pickle(tmp_path, motion):

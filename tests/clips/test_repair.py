@@ -7,7 +7,7 @@ import pytest
 from conftest import SAMPLES
 
 from clips import ClipError, read_clip, repaired, resample, save_reference
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 @pytest.fixture(scope="module")

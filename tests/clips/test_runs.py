@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from clips.runs import away_from, nearest, runs_of
+from robot_models.maths.intervals import away_from, nearest, runs_of
 
 MASKS = [[1], [0, 1], [1, 0, 0, 0, 1], [0, 0, 1, 0, 0, 1, 1, 0, 0, 0], [1, 1, 1]]
 

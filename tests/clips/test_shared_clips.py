@@ -8,7 +8,7 @@ import pytest
 
 from clips import HumanClip, ReadOptions, cut, full_qpos, read_clip
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 RATES = {
     "csv/g1_gangnam_style_60hz.csv": 60.0,

@@ -10,7 +10,7 @@ from conftest import SAMPLES
 from clips import ClipError, ReadOptions, RobotClip, full_qpos, make_reference, read_clip, resample, save_reference
 from clips.writers import LAYOUTS, write_motion
 from robot_models import forward_kinematics, load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from retarget.dynamics import differences, dynamics_of
 from retarget.hardship import hardest
 from retarget.support import outside_support, sole_points
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 def generalised(robot, data, points, t, forces):

@@ -7,7 +7,7 @@ from clips import FREE, PLANTED
 from retarget.feet import FootTargets
 from retarget.footprints import parted
 from robot_models import FEET, load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 FPS = 50.0
 

@@ -12,7 +12,7 @@ from standing import G, reference_of, standing
 from retarget.dynamics import dynamics_of
 from retarget.hardship import flight_fit, hardest
 from retarget.support import sole_points
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 def test_hovering_and_a_leap_from_nowhere_are_impossible(dancer):

@@ -10,7 +10,7 @@ from standing import free_model, mujoco_inverse, reference_of, standing
 from retarget.dynamics import differences, dynamics_of, inverse_dynamics
 from retarget.errors import RetargetError
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 
 @pytest.mark.parametrize("name", ["dancer", "g1", "jvrc1"])

@@ -6,8 +6,8 @@ from conftest import SAMPLES
 
 from clips import FREE, cut, read_clip
 from retarget import medley
-from robot_models import rotation as rot
 from robot_models import sole_edges
+from robot_models.maths import rotation as rot
 
 
 @pytest.fixture(scope="module")

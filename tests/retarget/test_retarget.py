@@ -12,9 +12,9 @@ from clips.source import ClipSource
 from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, flight_fit, measure, retarget
 from retarget.contacts import find_contacts
 from retarget.robot_source import as_figure
-from retarget.smooth import smooth
 from robot_models import load_robot, sole_edges
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
+from robot_models.maths.smoothing import smooth
 
 
 def value(report, name):

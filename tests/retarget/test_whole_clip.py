@@ -8,12 +8,12 @@ from conftest import SAMPLES
 
 from clips import cut, read_clip
 from retarget import GoalWeights, RetargetConfig, WholeClipConfig, retarget
-from retarget.band import BandedSystem, band_memory, spread_back, widened
 from retarget.bounds import joint_bounds, kept
 from retarget.clearance import Clearance, Proximity, low_soles
 from retarget.goal_rows import goal_rows
 from retarget.goals import make_goals
 from robot_models.jacobians import integrate, kinematics
+from robot_models.maths.banded import BandedSystem, band_memory, spread_back, widened
 
 
 def dense(blocks, terms):

@@ -5,8 +5,8 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from robot_models import rotation as rot
-from robot_models.arrays import in_memory, namespace
+from robot_models.maths import rotation as rot
+from robot_models.maths.arrays import in_memory, namespace
 
 
 @pytest.fixture

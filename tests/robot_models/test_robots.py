@@ -16,7 +16,7 @@ from robot_models import (
     robot_names,
     sole_corners,
 )
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from robot_models.profile import PROFILES, read_profile, spread
 from robot_models.surface import lowest_point, self_collision_depth
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 
 SHAPES = [(), (5,), (4, 3)]
 

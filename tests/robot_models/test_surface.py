@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from robot_models import forward_kinematics, load_robot, sole_corners
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from robot_models.surface import body_geoms, lowest_point, self_collision_depth
 
 

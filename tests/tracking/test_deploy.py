@@ -14,7 +14,7 @@ pytest.importorskip("onnxruntime")
 
 import cli.deploy
 from robot_models import load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from tracking import TrackingError
 from tracking.bundle import read_runner
 from tracking.deploy.guard import Command, Guard, GuardConfig, State

@@ -15,7 +15,7 @@ pytest.importorskip("torch")
 
 from clips import load_reference
 from robot_models import BodyStates, body_states, load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from tracking import TaskConfig, TrackingError, TrackingTask
 from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
 from tracking.config import RandomisationConfig, RewardConfig, TerminationConfig

@@ -12,7 +12,7 @@ import torch
 
 from clips import load_reference
 from robot_models import load_robot
-from robot_models.arrays import in_memory
+from robot_models.maths.arrays import in_memory
 from tracking import TrackingError, TrackingTask, TrainConfig
 from tracking.ppo import Trainer
 from tracking.warp_batch import WarpBatch

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from tracking.contract import Contract
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robot_models import RobotModel, load_robot
-from robot_models import rotation as rot
+from robot_models.maths import rotation as rot
 from tracking.config import ObservationNoise
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models.arrays import Array, empty_of, namespace
+from robot_models.maths.arrays import Array, empty_of, namespace
 
 Quat = Float[ndarray, "*batch 4"]
 Vec = Float[ndarray, "*batch 3"]

@@ -1,0 +1,28 @@
+"""Mathematics that knows no robot: rotations, arrays, intervals of frames, smoothing, banded systems, threads."""
+
+from robot_models.maths import rotation
+from robot_models.maths.arrays import Array, in_memory, namespace, remember
+from robot_models.maths.banded import REACH, BandedSystem, Memory, band_memory, spread_back, widened
+from robot_models.maths.intervals import away_from, nearest, runs_of
+from robot_models.maths.smoothing import smooth
+from robot_models.maths.threads import available_threads, one_blas_thread
+
+__all__ = [
+    "REACH",
+    "Array",
+    "BandedSystem",
+    "Memory",
+    "available_threads",
+    "away_from",
+    "band_memory",
+    "in_memory",
+    "namespace",
+    "nearest",
+    "one_blas_thread",
+    "remember",
+    "rotation",
+    "runs_of",
+    "smooth",
+    "spread_back",
+    "widened",
+]
