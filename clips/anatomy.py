@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models.branches import Branches
+from robot_models.draft import Branches
 
 
 def guess_landmarks(names: Sequence[str], parents: Sequence[int], positions: Float[ndarray, "T K 3"]) -> dict[str, str]:

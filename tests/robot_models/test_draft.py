@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from robot_models import FEET, RobotError, forward_kinematics, load_robot
-from robot_models.draft import draft_profile, without_overlaps
+from robot_models.draft.profile_text import draft_profile, without_overlaps
 from robot_models.profile import PROFILES
 
 ASSETS = PROFILES.parent / "assets"

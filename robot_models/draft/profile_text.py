@@ -11,10 +11,10 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models.build import BODY_BIT, build_robot
+from robot_models.draft.estimates import Guess, Stranger, doubted_ranges, pose_guess, servo_guess
+from robot_models.draft.hulls import capsules_of, sole_of, surface_points
+from robot_models.draft.limbs import find_limbs, joint_centre, middle_joint
 from robot_models.errors import RobotError
-from robot_models.guesses import Guess, Stranger, doubted_ranges, pose_guess, servo_guess
-from robot_models.hulls import capsules_of, sole_of, surface_points
-from robot_models.limbs import find_limbs, joint_centre, middle_joint
 from robot_models.profile import FEET, LANDMARKS, Capsule, read_profile
 from robot_models.source import open_spec
 

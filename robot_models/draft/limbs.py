@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models.branches import Branches
+from robot_models.draft.skeleton_tree import Branches
 from robot_models.errors import RobotError
 from robot_models.profile import FEET
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_models.limbs import Limbs
+from robot_models.draft.limbs import Limbs
 from robot_models.profile import FEET
 
 if TYPE_CHECKING:
