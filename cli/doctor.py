@@ -103,8 +103,7 @@ def _machine() -> dict[str, str]:
 
 
 def _robots() -> dict[str, tuple[bool, str]]:
-    from robot_models import DanceError, load_robot
-    from robot_models.catalogue import robot_names
+    from robot_models import DanceError, load_robot, robot_names
 
     found = {}
     for name in robot_names():

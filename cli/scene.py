@@ -19,10 +19,9 @@ from numpy import ndarray
 from clips import PIVOTING, PLANTED, HumanClip, Reference
 from clips.files import write_whole
 from retarget import Report, Retargeted
-from robot_models import FEET, RobotModel, sole_edges
+from robot_models import FEET, Part, RobotModel, sole_edges
 from robot_models.maths import rotation as rot
 from robot_models.maths import smooth
-from robot_models.visual import Part
 
 Log = Any  # rerun.RecordingStream
 SIDE_M = 1.1  # figures stand this far from each other

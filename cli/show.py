@@ -11,8 +11,7 @@ from numpy import ndarray
 from cli import scene
 from clips import HumanClip, Reference
 from retarget import Retargeted
-from robot_models import RobotModel
-from robot_models.visual import visual_parts
+from robot_models import RobotModel, visual_parts
 
 
 def save_retargeting(path: Path, result: Retargeted) -> None:

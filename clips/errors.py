@@ -1,6 +1,6 @@
 """What the clips floor refuses."""
 
-from robot_models.errors import DanceError
+from robot_models import DanceError
 
 
 class ClipError(DanceError):

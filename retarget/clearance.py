@@ -13,9 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from robot_models import RobotModel, sole_corners
-from robot_models.build import BODY_BIT
-from robot_models.jacobians import Kinematics, ancestors, moved
+from robot_models import BODY_BIT, Kinematics, RobotModel, ancestors, moved, sole_corners
 from robot_models.maths import rotation as rot
 
 WORLD = -1

@@ -12,9 +12,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from retarget.support import SolePoints
-from robot_models import RobotModel
-from robot_models.jacobians import ancestors
-from robot_models.kinematics import joint_axes
+from robot_models import RobotModel, ancestors, joint_axes
 from robot_models.maths import rotation as rot
 
 _EDGES = 4  # generators of the friction pyramid; they lie on the cone, so the pyramid is inside it

@@ -17,9 +17,8 @@ from clips import Reference
 from retarget.contact_forces import Demand, contact_forces
 from retarget.errors import RetargetError
 from retarget.support import outside_support, pieces, sole_points
-from robot_models import RobotModel
+from robot_models import RobotModel, pinocchio_model, pinocchio_q, pinocchio_v
 from robot_models.maths import rotation as rot
-from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v
 
 # A score of 1 each. The ratio of the first two, 0.4 m, is about a humanoid's radius of gyration: force and moment
 # weigh alike by how fast they would move its parts.

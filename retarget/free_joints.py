@@ -8,9 +8,7 @@ import numpy as np
 from jaxtyping import Bool
 from numpy import ndarray
 
-from robot_models import FEET, RobotModel
-from robot_models.jacobians import ancestors
-from robot_models.kinematics import joint_axes
+from robot_models import FEET, RobotModel, ancestors, joint_axes
 
 _LEVER = 0.3  # of the forearm's length: a joint that swings the wrist by less only turns the hand
 

@@ -16,8 +16,7 @@ from retarget.config import Level, WholeClipConfig
 from retarget.goal_rows import goal_rows
 from retarget.goals import Goals
 from retarget.quadratic import constrained_step, quadratic_model
-from robot_models import RobotModel
-from robot_models.jacobians import Kinematics, integrate, kinematics
+from robot_models import Kinematics, RobotModel, integrate, kinematics
 from robot_models.maths import REACH, band_memory, widened
 
 _NEAR = 0.025  # surfaces nearer than this are watched [m]

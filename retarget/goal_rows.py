@@ -15,8 +15,7 @@ from numpy import ndarray
 from retarget.config import GoalWeights
 from retarget.goals import Goals
 from retarget.targets import LIMBS
-from robot_models import RobotModel
-from robot_models.jacobians import Kinematics, forces
+from robot_models import Kinematics, RobotModel, forces
 from robot_models.maths import rotation as rot
 
 _X = np.array([1.0, 0.0, 0.0])

@@ -11,9 +11,8 @@ from clips import FREE
 from retarget.config import IkConfig
 from retarget.frame_by_frame import reachable
 from retarget.targets import Targets
-from robot_models import FEET, RobotModel
+from robot_models import FEET, RobotModel, urdf_text
 from robot_models.maths import rotation as rot
-from robot_models.pinocchio_model import urdf_text
 
 
 class PlacoIk:

@@ -19,10 +19,9 @@ from retarget.config import Gates
 from retarget.contacts import edge_points, foot_yaw_rate
 from retarget.dynamics import Dynamics
 from retarget.targets import LIMBS
-from robot_models import RobotModel, sole_edges
+from robot_models import RobotModel, lowest_point, self_collision_depth, sole_edges
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of
-from robot_models.surface import lowest_point, self_collision_depth
 
 _RATE = 30.0  # derivatives are compared at this rate [Hz]: at the file's own rate, noise would decide
 _SLOW, _LOW, _SHORT = 0.25, 0.04, 3  # the fixed rule of touching: m/s, m over the point's own floor, frames

@@ -12,9 +12,7 @@ from numpy import ndarray
 
 from clips import FREE
 from retarget.feet import FootTargets, spread
-from robot_models import FEET, RobotModel
-from robot_models.jacobians import ancestors
-from robot_models.kinematics import joint_axes
+from robot_models import FEET, RobotModel, ancestors, joint_axes
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of
 

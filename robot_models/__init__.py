@@ -1,29 +1,51 @@
 """What a robot is: one profile per robot, one loader to a compiled, mesh-free MuJoCo model with names."""
 
+from robot_models.build import BODY_BIT
 from robot_models.catalogue import DEFAULT_ROBOT, find_profile, installed, load_robot, robot_names
 from robot_models.errors import DanceError, RobotError
-from robot_models.kinematics import BodyStates, body_states, forward_kinematics, sole_corners, sole_edges
+from robot_models.geometry import body_geoms, lowest_point, self_collision_depth
+from robot_models.jacobians import Kinematics, ancestors, forces, integrate, kinematics, moved
+from robot_models.kinematics import BodyStates, body_states, forward_kinematics, joint_axes, sole_corners, sole_edges
+from robot_models.model import CONTACT_NAMES, RobotModel
+from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_text
 from robot_models.profile import FEET, LANDMARKS, RobotProfile, Sole, read_profile
-from robot_models.robot import CONTACT_NAMES, RobotModel
+from robot_models.visual import Part, visual_parts
 
 __all__ = [
+    "BODY_BIT",
     "CONTACT_NAMES",
     "DEFAULT_ROBOT",
     "FEET",
     "LANDMARKS",
     "BodyStates",
     "DanceError",
+    "Kinematics",
+    "Part",
     "RobotError",
     "RobotModel",
     "RobotProfile",
     "Sole",
+    "ancestors",
+    "body_geoms",
     "body_states",
     "find_profile",
+    "forces",
     "forward_kinematics",
     "installed",
+    "integrate",
+    "joint_axes",
+    "kinematics",
     "load_robot",
+    "lowest_point",
+    "moved",
+    "pinocchio_model",
+    "pinocchio_q",
+    "pinocchio_v",
     "read_profile",
     "robot_names",
+    "self_collision_depth",
     "sole_corners",
     "sole_edges",
+    "urdf_text",
+    "visual_parts",
 ]

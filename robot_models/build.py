@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robot_models.errors import RobotError
+from robot_models.model import RobotModel
+from robot_models.model_file import read_spec
 from robot_models.profile import FEET, RobotProfile, spread
-from robot_models.robot import RobotModel
-from robot_models.source import read_spec
 
 if TYPE_CHECKING:
     import mujoco

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from robot_models.build import build_robot
 from robot_models.errors import RobotError
+from robot_models.model import RobotModel
+from robot_models.model_file import locate
 from robot_models.profile import PROFILES, RobotProfile, read_profile
-from robot_models.robot import RobotModel
-from robot_models.source import locate
 
 DEFAULT_ROBOT = "dancer"
 

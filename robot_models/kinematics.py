@@ -12,7 +12,7 @@ from numpy import ndarray
 
 from robot_models.maths import Array
 from robot_models.maths import rotation as rot
-from robot_models.robot import RobotModel
+from robot_models.model import RobotModel
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -15,7 +15,7 @@ from numpy import ndarray
 
 from robot_models.errors import RobotError
 from robot_models.maths import rotation as rot
-from robot_models.robot import RobotModel
+from robot_models.model import RobotModel
 
 
 def _pinocchio() -> Any:

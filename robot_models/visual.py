@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
+from robot_models.geometry import body_geoms
 from robot_models.maths import rotation as rot
-from robot_models.robot import RobotModel
-from robot_models.source import locate
-from robot_models.surface import body_geoms
+from robot_models.model import RobotModel
+from robot_models.model_file import locate
 
 _MESHES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf")
 _UPWARDS = 5  # folders above a URDF in which its package may begin

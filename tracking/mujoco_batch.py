@@ -10,9 +10,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models import RobotModel
+from robot_models import RobotModel, body_geoms
 from robot_models.maths import available_threads
-from robot_models.surface import body_geoms
 from tracking.physics import PhysicsBatch
 
 if TYPE_CHECKING:

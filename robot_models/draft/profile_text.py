@@ -15,8 +15,8 @@ from robot_models.draft.estimates import Guess, Stranger, doubted_ranges, pose_g
 from robot_models.draft.hulls import capsules_of, sole_of, surface_points
 from robot_models.draft.limbs import find_limbs, joint_centre, middle_joint
 from robot_models.errors import RobotError
+from robot_models.model_file import open_spec
 from robot_models.profile import FEET, LANDMARKS, Capsule, read_profile
-from robot_models.source import open_spec
 
 Sole = tuple[tuple[float, float], tuple[float, float], float]
 """Back and front edge, right and left edge, height [m]."""

@@ -45,7 +45,7 @@ def test_a_draft_finds_what_the_profile_made_by_hand_says(tmp_path, name):
 
 
 def test_what_was_drafted_does_not_touch_itself_where_it_stands(tmp_path):
-    from robot_models.surface import self_collision_depth
+    from robot_models.geometry import self_collision_depth
 
     robot, _ = added(ASSETS / "dancer.xml", tmp_path / "r.toml")
     assert self_collision_depth(robot, robot.default_qpos[None])[0] == 0.0
@@ -134,7 +134,7 @@ def test_a_strangers_urdf_dances_at_once(tmp_path, file, capsys, monkeypatch):
     if not (SHARE / file).is_file():
         pytest.skip("example-robot-data is not installed")
     from cli.robot import main
-    from robot_models.surface import body_geoms
+    from robot_models.geometry import body_geoms
 
     monkeypatch.chdir(tmp_path)
     assert main(["add", str(SHARE / file), "--name", "stranger", "-o", "stranger.toml"]) == 0

@@ -16,9 +16,9 @@ from robot_models import (
     robot_names,
     sole_corners,
 )
+from robot_models.geometry import lowest_point, self_collision_depth
 from robot_models.maths import rotation as rot
 from robot_models.profile import PROFILES, read_profile, spread
-from robot_models.surface import lowest_point, self_collision_depth
 
 ROBOTS = [n for n in robot_names() if installed(n)]
 
@@ -150,8 +150,8 @@ def test_g1_agrees_with_the_makers_urdf(rng):
     pytest.importorskip("pinocchio")
     import pinocchio as pin
 
+    from robot_models.model_file import locate
     from robot_models.pinocchio_model import pinocchio_q
-    from robot_models.source import locate
 
     robot = load_robot("g1")
     path = locate(robot.profile.meshes, robot.profile.folder)
@@ -173,7 +173,7 @@ def test_g1_agrees_with_the_makers_urdf(rng):
 
 
 def test_meshes_of_g1_hang_on_its_bodies():
-    from robot_models.source import locate
+    from robot_models.model_file import locate
     from robot_models.visual import visual_parts
 
     robot = load_robot("g1")

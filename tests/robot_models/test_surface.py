@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 
 from robot_models import forward_kinematics, load_robot, sole_corners
+from robot_models.geometry import body_geoms, lowest_point, self_collision_depth
 from robot_models.maths import rotation as rot
-from robot_models.surface import body_geoms, lowest_point, self_collision_depth
 
 
 def test_lowest_point_agrees_with_sampled_geometry(rng):

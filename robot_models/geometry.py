@@ -12,7 +12,7 @@ from numpy import ndarray
 from robot_models.build import BODY_BIT
 from robot_models.kinematics import sole_corners
 from robot_models.maths import rotation as rot
-from robot_models.robot import RobotModel
+from robot_models.model import RobotModel
 
 if TYPE_CHECKING:
     import mujoco
