@@ -20,8 +20,8 @@ import mink
 import numpy as np
 from numpy import ndarray
 
-from clips import ReadOptions, RobotClip, cut, make_reference, read_clip, repaired, resample
-from clips.place import recentred
+from clips import ReadOptions, RobotClip, cut, make_reference, read_clip, repaired
+from clips.edit import recentred, resample
 from retarget import RetargetConfig, measure, retarget
 from retarget.contacts import find_contacts
 from retarget.robot_source import as_figure

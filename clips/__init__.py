@@ -1,14 +1,12 @@
 """Recorded motion: read, recognise, check, resample; the `Clip` and `Reference` types and their files."""
 
 from clips.clip import Clip, HumanClip, RobotClip
-from clips.edit import at_speed, mirrored, warped
+from clips.edit import at_speed, cut, mirrored, repaired, resample, warped
 from clips.errors import ClipError, ReferenceFileError
 from clips.files import OutputError
 from clips.joint_space import full_qpos
 from clips.read import read_clip
 from clips.reference import FREE, PIVOTING, PLANTED, Reference, load_reference, make_reference, save_reference
-from clips.repair import repaired
-from clips.resample import cut, resample
 from clips.source import ClipSource, Finding, ReadOptions, Repair
 
 __all__ = [

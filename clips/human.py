@@ -11,8 +11,8 @@ from numpy import ndarray
 
 from clips.anatomy import guess_landmarks
 from clips.clip import REQUIRED, HumanClip
+from clips.edit import without_gaps
 from clips.errors import ClipError
-from clips.gaps import without_gaps
 from clips.mapping import UnknownSkeleton, read_mapping
 from clips.skeleton import find_landmarks, find_unit, leg_lengths, stature
 from clips.source import UNITS, Finding, RawFile, ReadOptions, Repair

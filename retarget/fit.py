@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from clips import Clip, repaired, resample, warped
-from clips.place import recentred
+from clips import Clip, repaired, warped
+from clips.edit import recentred, resample
 from retarget.config import RetargetConfig
 from retarget.errors import RetargetError
 from retarget.pipeline import Progress, Retargeted, retarget

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips import FREE, PLANTED, Clip, HumanClip, make_reference
-from clips.place import placed
+from clips.edit import placed
 from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics
 from retarget.feet import FootTargets, smoothstep

@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_reference, repaired, resample
-from clips.place import recentred
+from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_reference, repaired
+from clips.edit import recentred, resample
 from retarget.config import RetargetConfig
 from retarget.contacts import Contacts, find_contacts
 from retarget.dynamics import Dynamics, dynamics_of

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import HumanClip, Reference
-from clips.resample import new_times, sample
+from clips.edit import new_times, sample
 from retarget.config import Gates
 from retarget.contacts import edge_points, foot_yaw_rate
 from retarget.dynamics import Dynamics

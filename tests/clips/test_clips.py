@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import ClipError, OutputError, ReferenceFileError, cut, load_reference, read_clip, resample, save_reference
-from clips.place import recentred
+from clips import ClipError, OutputError, ReferenceFileError, cut, load_reference, read_clip, save_reference
+from clips.edit import resample
+from clips.edit.align import recentred
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 
@@ -50,7 +51,7 @@ def test_slerp_resampling_converges_at_second_order():
     for fps in (20, 40, 80):
         t = np.arange(2 * fps + 1) / fps
         q = rot.exp(np.stack((np.sin(2 * t), 0.5 * np.cos(t), 0 * t), axis=1))
-        from clips.resample import sample_quat
+        from clips.edit.resample import sample_quat
 
         middle = np.arange(2 * fps) + 0.5
         exact = middle / fps

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import ClipError, read_clip, repaired, resample, save_reference
+from clips import ClipError, read_clip, repaired, save_reference
+from clips.edit import resample
 from robot_models.maths import rotation as rot
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import ClipError, ReadOptions, RobotClip, full_qpos, make_reference, read_clip, resample, save_reference
+from clips import ClipError, ReadOptions, RobotClip, full_qpos, make_reference, read_clip, save_reference
+from clips.edit import resample
 from clips.writers import LAYOUTS, write_motion
 from robot_models import forward_kinematics, load_robot
 from robot_models.maths import rotation as rot

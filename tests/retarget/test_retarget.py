@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import HumanClip, cut, read_clip, resample
+from clips import HumanClip, cut, read_clip
+from clips.edit import resample
 from clips.reference import make_reference
 from clips.source import ClipSource
 from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, flight_fit, measure, retarget

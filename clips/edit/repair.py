@@ -15,10 +15,10 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips.clip import MIN_FRAMES, Clip, HumanClip, RobotClip
+from clips.edit.floor import on_level_floor
+from clips.edit.gaps import MAX_GAP_S
+from clips.edit.resample import cut, sample_quat
 from clips.errors import ClipError
-from clips.floor import on_level_floor
-from clips.gaps import MAX_GAP_S
-from clips.resample import cut, sample_quat
 from clips.source import Repair
 from robot_models import load_robot
 from robot_models.maths import rotation as rot

@@ -9,8 +9,8 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import Clip, HumanClip
+from clips.edit.resample import sampled
 from clips.errors import ClipError
-from clips.resample import sampled
 
 
 def at_speed(clip: Clip, factor: float) -> Clip:
