@@ -22,7 +22,7 @@ from rich.table import Table
 
 from clips import ReadOptions
 from clips.files import write_whole
-from clips.mapping import UnknownSkeleton
+from clips.identify import UnknownSkeleton
 from retarget import Report
 from robot_models import DanceError
 

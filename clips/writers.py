@@ -15,7 +15,7 @@ from clips.clip import RobotClip
 from clips.edit import resample
 from clips.errors import ClipError
 from clips.files import write_whole
-from clips.joint_space import breadth_first, full_qpos
+from clips.identify import breadth_first, full_qpos
 from clips.reference import FREE, Reference, make_reference
 from robot_models import RobotModel
 from robot_models.maths import rotation as rot

@@ -13,7 +13,7 @@ from numpy import ndarray
 
 from clips.clip import HumanClip
 from clips.errors import ClipError
-from clips.human import human_clip
+from clips.identify import human_clip
 from clips.source import Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 

@@ -18,7 +18,7 @@ from numpy import ndarray
 
 from clips.clip import HumanClip
 from clips.errors import ClipError
-from clips.human import human_clip
+from clips.identify import human_clip
 from clips.markers import joint_centres
 from clips.source import UNITS, Finding, RawFile, ReadOptions, Repair
 

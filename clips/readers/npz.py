@@ -15,7 +15,7 @@ from numpy import ndarray
 from clips import smpl
 from clips.clip import Clip, RobotClip
 from clips.errors import ClipError
-from clips.joint_space import breadth_first, choose_layout, robot_clip
+from clips.identify import breadth_first, choose_layout, robot_clip
 from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names
 from robot_models.maths import rotation as rot

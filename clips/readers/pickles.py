@@ -24,7 +24,7 @@ from numpy import ndarray
 from clips import smpl
 from clips.clip import Clip, HumanClip, RobotClip
 from clips.errors import ClipError
-from clips.joint_space import choose_layout, joint_order, robot_clip
+from clips.identify import choose_layout, joint_order, robot_clip
 from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 

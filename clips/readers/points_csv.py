@@ -10,8 +10,7 @@ import numpy as np
 
 from clips import table
 from clips.clip import HumanClip
-from clips.human import human_clip
-from clips.skeleton import find_landmarks
+from clips.identify import find_landmarks, human_clip
 from clips.source import Finding, RawFile, ReadOptions
 
 _AXIS = re.compile(r"^(.+?)[ _.\-]?([xyzXYZ])(?:\s*\(\w+\))?$")

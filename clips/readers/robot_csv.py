@@ -14,7 +14,7 @@ from numpy import ndarray
 from clips import table
 from clips.clip import RobotClip
 from clips.errors import ClipError
-from clips.joint_space import choose_layout, joint_order, robot_clip
+from clips.identify import choose_layout, joint_order, robot_clip
 from clips.source import Finding, RawFile, ReadOptions
 from clips.table import Table
 from robot_models import installed, load_robot, robot_names

@@ -10,7 +10,7 @@ import numpy as np
 
 from clips.clip import RobotClip
 from clips.errors import ClipError
-from clips.joint_space import choose_layout, joint_order, robot_clip
+from clips.identify import choose_layout, joint_order, robot_clip
 from clips.readers.npz import rate, refuse_bombs
 from clips.source import RawFile, ReadOptions
 from robot_models.maths import rotation as rot

@@ -8,8 +8,8 @@ import pytest
 from conftest import SAMPLES
 
 from clips import ClipError, ReadOptions, read_clip
-from clips.anatomy import guess_landmarks
-from clips.mapping import UnknownSkeleton
+from clips.identify.landmark_geometry import guess_landmarks
+from clips.identify.mapping import UnknownSkeleton
 
 
 @pytest.fixture

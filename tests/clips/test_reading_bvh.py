@@ -86,7 +86,7 @@ def test_a_cut_off_bvh_is_refused(tmp_path):
     ],
 )
 def test_the_left_limbs_are_found_in_every_naming_custom(names):
-    from clips.skeleton import find_landmarks
+    from clips.identify.landmark_names import find_landmarks
 
     words = names.split()
     found = find_landmarks(words)

@@ -9,12 +9,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips.anatomy import guess_landmarks
 from clips.clip import REQUIRED, HumanClip
 from clips.edit import without_gaps
 from clips.errors import ClipError
-from clips.mapping import UnknownSkeleton, read_mapping
-from clips.skeleton import find_landmarks, find_unit, leg_lengths, stature
+from clips.identify.landmark_geometry import guess_landmarks
+from clips.identify.landmark_names import find_landmarks, find_unit, leg_lengths, stature
+from clips.identify.mapping import UnknownSkeleton, read_mapping
 from clips.source import UNITS, Finding, RawFile, ReadOptions, Repair
 from robot_models.maths import rotation as rot
 
