@@ -5,7 +5,7 @@ from clips.edit import at_speed, cut, mirrored, repaired, resample, warped
 from clips.errors import ClipError, ReferenceFileError
 from clips.files import OutputError
 from clips.identify import full_qpos
-from clips.read import read_clip
+from clips.readers import read_clip
 from clips.reference import FREE, PIVOTING, PLANTED, Reference, load_reference, make_reference, save_reference
 from clips.source import ClipSource, Finding, ReadOptions, Repair
 

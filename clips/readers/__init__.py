@@ -1,1 +1,7 @@
 """One reader per kind of file. Each has `recognises(raw)`, by content, and `read(raw, options)`."""
+
+from clips.readers.read import read_clip
+
+__all__ = [
+    "read_clip",
+]

@@ -19,7 +19,7 @@ from numpy import ndarray
 from clips.clip import HumanClip
 from clips.errors import ClipError
 from clips.identify import human_clip
-from clips.markers import joint_centres
+from clips.readers.markers import joint_centres
 from clips.source import UNITS, Finding, RawFile, ReadOptions, Repair
 
 _PARENTS = {

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from clips import smpl
 from clips.clip import Clip, RobotClip
 from clips.errors import ClipError
 from clips.identify import breadth_first, choose_layout, robot_clip
+from clips.readers import smpl
 from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names
 from robot_models.maths import rotation as rot

@@ -21,10 +21,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy import ndarray
 
-from clips import smpl
 from clips.clip import Clip, HumanClip, RobotClip
 from clips.errors import ClipError
 from clips.identify import choose_layout, joint_order, robot_clip
+from clips.readers import smpl
 from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clips import table
 from clips.clip import HumanClip
 from clips.identify import find_landmarks, human_clip
+from clips.readers import table
 from clips.source import Finding, RawFile, ReadOptions
 
 _AXIS = re.compile(r"^(.+?)[ _.\-]?([xyzXYZ])(?:\s*\(\w+\))?$")

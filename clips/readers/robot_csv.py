@@ -11,12 +11,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy import ndarray
 
-from clips import table
 from clips.clip import RobotClip
 from clips.errors import ClipError
 from clips.identify import choose_layout, joint_order, robot_clip
+from clips.readers import table
+from clips.readers.table import Table
 from clips.source import Finding, RawFile, ReadOptions
-from clips.table import Table
 from robot_models import installed, load_robot, robot_names
 from robot_models.maths import rotation as rot
 

@@ -95,7 +95,7 @@ def test_lost_ends_are_cut_off_and_long_gaps_refused(tmp_path):
 
 
 def test_joints_by_their_own_names_need_no_marker_set(tmp_path):
-    from clips.markers import joint_centres
+    from clips.readers.markers import joint_centres
 
     joints, _ = joint_centres(standing())
     clip = read_clip(write(tmp_path / "joints.c3d", joints))
