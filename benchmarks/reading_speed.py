@@ -19,8 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import clips.samples
-from clips import ReadOptions, cut, full_qpos, read_clip
-from clips.writers import LAYOUTS, write_motion
+from clips import LAYOUTS, ReadOptions, cut, full_qpos, read_clip, write_motion
 from retarget import retarget
 from robot_models import load_robot
 

@@ -13,8 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from cli.terminal import BELOW_GATE, DONE, REFUSED, progress
-from clips import ClipError, OutputError
-from clips.files import write_whole
+from clips import ClipError, OutputError, write_whole
 from retarget import RetargetConfig, RetargetError
 from retarget.batch import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
 from robot_models.maths import available_threads

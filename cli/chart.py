@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clips.files import write_whole
+from clips import write_whole
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:

@@ -45,8 +45,7 @@ def run(args: Arguments) -> int:
     """Read, write, read back."""
     import numpy as np
 
-    from clips import ReadOptions, full_qpos
-    from clips.writers import LAYOUTS, write_motion
+    from clips import LAYOUTS, ReadOptions, full_qpos, write_motion
 
     console = Console(highlight=False, soft_wrap=True)
     clip = read_clip(args.clip, args.file.reading())

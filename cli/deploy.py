@@ -20,7 +20,7 @@ from numpy import ndarray
 from rich.console import Console
 
 from cli.terminal import BELOW_GATE, DONE, ClipPath, command
-from clips.files import write_whole
+from clips import write_whole
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from cli.terminal import BELOW_GATE, DONE, ClipPath, command, progress
 from cli.train import GATE
-from clips.files import write_whole
+from clips import write_whole
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:

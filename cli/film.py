@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from clips import OutputError
-from clips.files import aside
+from clips import OutputError, aside
 from robot_models import RobotModel
 
 _FPS = 50.0  # players stumble over more

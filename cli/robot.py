@@ -14,8 +14,7 @@ from rich.table import Table
 
 import clips.samples
 from cli.terminal import BELOW_GATE, DONE, ClipPath, Out, command, print_report
-from clips import OutputError, cut, read_clip
-from clips.files import write_whole
+from clips import OutputError, cut, read_clip, write_whole
 from retarget import Retargeted, retarget
 from robot_models import RobotModel, find_profile, installed, load_robot, robot_names
 from robot_models.draft import draft_profile, without_overlaps

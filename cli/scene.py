@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from clips import PIVOTING, PLANTED, HumanClip, Reference
-from clips.files import write_whole
+from clips import PIVOTING, PLANTED, HumanClip, Reference, write_whole
 from retarget import Report, Retargeted
 from robot_models import FEET, Part, RobotModel, sole_edges
 from robot_models.maths import rotation as rot

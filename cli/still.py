@@ -8,8 +8,7 @@ import numpy as np
 from numpy import ndarray
 
 from cli.film import Bone, Stage
-from clips import HumanClip
-from clips.files import aside
+from clips import HumanClip, aside
 from retarget import Retargeted
 
 _MOMENTS = (0.15, 0.4, 0.65, 0.9)  # of the dance

@@ -20,8 +20,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from clips import ReadOptions
-from clips.files import write_whole
+from clips import ReadOptions, write_whole
 from clips.identify import UnknownSkeleton
 from retarget import Report
 from robot_models import DanceError

@@ -1,18 +1,31 @@
 """Recorded motion: read, recognise, check, resample; the `Clip` and `Reference` types and their files."""
 
-from clips.clip import Clip, HumanClip, RobotClip
+from clips.clip import OPTIONAL, REQUIRED, Clip, HumanClip, RobotClip
 from clips.edit import at_speed, cut, mirrored, repaired, resample, warped
 from clips.errors import ClipError, ReferenceFileError
-from clips.files import OutputError
+from clips.files import OutputError, aside, write_whole
 from clips.identify import full_qpos
+from clips.provenance import ClipSource, Finding, ReadOptions, Repair
 from clips.readers import read_clip
-from clips.reference import FREE, PIVOTING, PLANTED, Reference, load_reference, make_reference, save_reference
-from clips.source import ClipSource, Finding, ReadOptions, Repair
+from clips.reference import (
+    FREE,
+    PIVOTING,
+    PLANTED,
+    Reference,
+    check_reference_against,
+    load_reference,
+    make_reference,
+    save_reference,
+)
+from clips.writers import LAYOUTS, write_motion
 
 __all__ = [
     "FREE",
+    "LAYOUTS",
+    "OPTIONAL",
     "PIVOTING",
     "PLANTED",
+    "REQUIRED",
     "Clip",
     "ClipError",
     "ClipSource",
@@ -24,7 +37,9 @@ __all__ = [
     "ReferenceFileError",
     "Repair",
     "RobotClip",
+    "aside",
     "at_speed",
+    "check_reference_against",
     "cut",
     "full_qpos",
     "load_reference",
@@ -35,4 +50,6 @@ __all__ = [
     "resample",
     "save_reference",
     "warped",
+    "write_motion",
+    "write_whole",
 ]

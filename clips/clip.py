@@ -11,7 +11,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.errors import ClipError
-from clips.source import ClipSource
+from clips.provenance import ClipSource
 
 REQUIRED = tuple(f"{s}_{p}" for s in ("left", "right") for p in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"))
 OPTIONAL = ("pelvis", "chest", "neck", "head", "left_toe", "right_toe")

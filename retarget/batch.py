@@ -15,8 +15,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Literal
 
-from clips import ReadOptions, read_clip, repaired, save_reference
-from clips.files import write_whole
+from clips import ReadOptions, read_clip, repaired, save_reference, write_whole
 from retarget.config import RetargetConfig
 from retarget.errors import RetargetError
 from retarget.hardship import hardest

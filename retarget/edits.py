@@ -11,8 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import FREE, PIVOTING, PLANTED
-from clips.files import write_whole
+from clips import FREE, PIVOTING, PLANTED, write_whole
 from retarget.contacts import Contacts
 from retarget.errors import RetargetError
 from robot_models import CONTACT_NAMES, RobotModel

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from clips.files import write_whole
+from clips import write_whole
 from robot_models.maths import in_memory
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError

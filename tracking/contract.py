@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips.files import write_whole
+from clips import write_whole
 from tracking.errors import TrackingError
 
 FORMAT_VERSION = 2

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from clips.files import write_whole
+from clips import write_whole
 from tracking.ppo import Iteration
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from clips.files import write_whole
+from clips import write_whole
 from tracking.bundle import POLICY, Bundle
 from tracking.contract import FROM_REFERENCE, Row
 from tracking.errors import TrackingError

@@ -15,8 +15,7 @@ import numpy as np
 import torch
 from numpy import ndarray
 
-from clips import Reference
-from clips.files import write_whole
+from clips import Reference, write_whole
 from robot_models.maths import in_memory
 from tracking.chain import anchor_chain
 from tracking.config import RandomisationConfig

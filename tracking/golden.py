@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips.files import write_whole
+from clips import write_whole
 from tracking.errors import TrackingError
 from tracking.runner import Measurement, Runner
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from clips import Reference, load_reference
-from clips.reference import check_reference_against
+from clips import Reference, check_reference_against, load_reference
 from robot_models import RobotModel
 from tracking.errors import TrackingError
 

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import Clip, RobotClip
-from clips.source import Repair
+from clips.provenance import Repair
 from robot_models.maths import rotation as rot
 
 _SLOW = 0.2  # of a foot that stands [m/s]

@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips.errors import ClipError
-from clips.source import Repair
+from clips.provenance import Repair
 from robot_models.maths import runs_of
 
 MAX_GAP_S = 0.1  # the longest stretch that is filled, of anything

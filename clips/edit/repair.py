@@ -19,7 +19,7 @@ from clips.edit.floor import on_level_floor
 from clips.edit.gaps import MAX_GAP_S
 from clips.edit.resample import cut, sample_quat
 from clips.errors import ClipError
-from clips.source import Repair
+from clips.provenance import Repair
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of

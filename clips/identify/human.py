@@ -15,7 +15,7 @@ from clips.errors import ClipError
 from clips.identify.landmark_geometry import guess_landmarks
 from clips.identify.landmark_names import find_landmarks, find_unit, leg_lengths, stature
 from clips.identify.mapping import UnknownSkeleton, read_mapping
-from clips.source import UNITS, Finding, RawFile, ReadOptions, Repair
+from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
 from robot_models.maths import rotation as rot
 
 _SHORTEST, _TALLEST = 0.5, 2.6  # of a person [m]

@@ -15,7 +15,7 @@ from numpy import ndarray
 
 from clips.clip import RobotClip
 from clips.errors import ClipError
-from clips.source import Finding, RawFile, ReadOptions, Repair
+from clips.provenance import Finding, RawFile, ReadOptions, Repair
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names, sole_corners
 from robot_models.maths import rotation as rot
 

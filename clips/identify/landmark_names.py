@@ -10,7 +10,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.errors import ClipError
-from clips.source import UNITS, Finding, ReadOptions
+from clips.provenance import UNITS, Finding, ReadOptions
 
 # Names without side, first match wins. The order settles the customs that clash: `LeftShoulder` is a collar bone
 # where a `LeftArm` exists; `left_foot` is the toe base where a `left_ankle` exists; `LeftLeg` is the shin.

@@ -16,7 +16,7 @@ from numpy import ndarray
 from clips.clip import HumanClip
 from clips.errors import ClipError
 from clips.identify import human_clip
-from clips.source import Finding, RawFile, ReadOptions
+from clips.provenance import Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 
 # Points stand where bones begin: a thigh's is the hip.

@@ -19,8 +19,8 @@ from numpy import ndarray
 from clips.clip import HumanClip
 from clips.errors import ClipError
 from clips.identify import human_clip
+from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
 from clips.readers.markers import joint_centres
-from clips.source import UNITS, Finding, RawFile, ReadOptions, Repair
 
 _PARENTS = {
     "hip": "pelvis", "knee": "hip", "ankle": "knee", "toe": "ankle", "neck": "pelvis", "head": "neck", "shoulder": "neck",

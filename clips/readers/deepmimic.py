@@ -12,7 +12,7 @@ import numpy as np
 from clips.clip import HumanClip
 from clips.errors import ClipError
 from clips.identify import human_clip
-from clips.source import Finding, RawFile, ReadOptions
+from clips.provenance import Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 
 _COLUMNS = 44  # duration, root position and quaternion, then the joints below

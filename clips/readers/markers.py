@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips.source import Finding
+from clips.provenance import Finding
 from robot_models.maths import rotation as rot
 
 # Names by marker set, {S} for L or R: Plug-in Gait; CMU; Rizzoli as in OptiTrack's Biomech; Qualisys and Motive.

@@ -15,8 +15,8 @@ from numpy import ndarray
 from clips.clip import Clip, RobotClip
 from clips.errors import ClipError
 from clips.identify import breadth_first, choose_layout, robot_clip
+from clips.provenance import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from clips.readers import smpl
-from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names
 from robot_models.maths import rotation as rot
 

@@ -24,8 +24,8 @@ from numpy import ndarray
 from clips.clip import Clip, HumanClip, RobotClip
 from clips.errors import ClipError
 from clips.identify import choose_layout, joint_order, robot_clip
+from clips.provenance import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from clips.readers import smpl
-from clips.source import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 
 _MULTIARRAY = ("numpy.core.multiarray", "numpy._core.multiarray")

@@ -10,8 +10,8 @@ import numpy as np
 
 from clips.clip import HumanClip
 from clips.identify import find_landmarks, human_clip
+from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import table
-from clips.source import Finding, RawFile, ReadOptions
 
 _AXIS = re.compile(r"^(.+?)[ _.\-]?([xyzXYZ])(?:\s*\(\w+\))?$")
 _MIN_POINTS = 6

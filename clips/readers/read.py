@@ -7,8 +7,8 @@ from types import ModuleType
 
 from clips.clip import Clip
 from clips.errors import ClipError
+from clips.provenance import RawFile, ReadOptions
 from clips.readers import amc, bvh, c3d, deepmimic, npz, pickles, points_csv, robot_csv, torch_motion
-from clips.source import RawFile, ReadOptions
 
 # Asked in this order; the first that recognises the content reads it.
 READERS: tuple[ModuleType, ...] = (bvh, amc, deepmimic, c3d, npz, torch_motion, pickles, points_csv, robot_csv)

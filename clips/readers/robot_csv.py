@@ -14,9 +14,9 @@ from numpy import ndarray
 from clips.clip import RobotClip
 from clips.errors import ClipError
 from clips.identify import choose_layout, joint_order, robot_clip
+from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import table
 from clips.readers.table import Table
-from clips.source import Finding, RawFile, ReadOptions
 from robot_models import installed, load_robot, robot_names
 from robot_models.maths import rotation as rot
 

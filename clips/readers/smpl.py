@@ -14,7 +14,7 @@ from numpy import ndarray
 from clips.clip import MIN_FRAMES, HumanClip
 from clips.errors import ClipError
 from clips.identify import human_clip
-from clips.source import Finding, RawFile, ReadOptions
+from clips.provenance import Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 
 # name, parent, offset to the parent in metres in the model's axes (x left, y up, z forward)

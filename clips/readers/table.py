@@ -11,7 +11,7 @@ import numpy as np
 from numpy import ndarray
 
 from clips.errors import ClipError
-from clips.source import FASTEST, SLOWEST, RawFile, Repair
+from clips.provenance import FASTEST, SLOWEST, RawFile, Repair
 
 _RATE = re.compile(r"^#\s*(?:fps|frame[_ ]?rate)\s*[:=]\s*([0-9.eE+-]+)\s*$", re.IGNORECASE)
 _TIME = {"time", "t", "time_s", "timestamp", "time(s)", "times", "sec", "seconds"}

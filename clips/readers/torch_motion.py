@@ -11,8 +11,8 @@ import numpy as np
 from clips.clip import RobotClip
 from clips.errors import ClipError
 from clips.identify import choose_layout, joint_order, robot_clip
+from clips.provenance import RawFile, ReadOptions
 from clips.readers.npz import rate, refuse_bombs
-from clips.source import RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 
 _KEYS = ("dof_pos", "rigid_body_pos", "rigid_body_rot")

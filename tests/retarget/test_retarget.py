@@ -8,8 +8,8 @@ from conftest import SAMPLES
 
 from clips import HumanClip, cut, read_clip
 from clips.edit import resample
+from clips.provenance import ClipSource
 from clips.reference import make_reference
-from clips.source import ClipSource
 from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, flight_fit, measure, retarget
 from retarget.contacts import find_contacts
 from retarget.robot_source import as_figure
