@@ -23,9 +23,7 @@ from numpy import ndarray
 from clips import ReadOptions, RobotClip, cut, make_reference, read_clip, repaired
 from clips.edit import recentred, resample
 from retarget import RetargetConfig, measure, retarget
-from retarget.contacts import find_contacts
-from retarget.robot_source import as_figure
-from retarget.targets import Targets, make_targets
+from retarget.targets import Targets, as_figure, find_contacts, make_targets
 from robot_models import FEET, RobotModel, load_robot
 
 COLUMNS = {  # of the report, and their heads here

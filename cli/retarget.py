@@ -26,7 +26,7 @@ from retarget import (
     retarget,
     write_contacts,
 )
-from retarget.robot_source import as_figure
+from retarget.targets import as_figure
 from robot_models import DEFAULT_ROBOT, load_robot
 
 _OFF_FLIGHT = 0.03  # of a flight's rise from gravity's that is worth a line [m]

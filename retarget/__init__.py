@@ -2,13 +2,13 @@
 
 from retarget.config import ContactConfig, Gates, GoalWeights, IkConfig, RetargetConfig, WholeClipConfig
 from retarget.dynamics import Dynamics, dynamics_of
-from retarget.edits import ContactEdit, KeyFrame, read_contacts, read_keys, write_contacts
 from retarget.errors import RetargetError
 from retarget.fit import FitConfig, fitted
 from retarget.hardship import flight_fit, hardest
 from retarget.medley import Seam, medley
 from retarget.pipeline import Retargeted, retarget
 from retarget.report import Metric, Report, measure
+from retarget.targets import ContactEdit, KeyFrame, read_contacts, read_keys, write_contacts
 
 __all__ = [
     "ContactConfig",

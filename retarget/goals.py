@@ -10,9 +10,8 @@ from numpy import ndarray
 
 from clips import PIVOTING
 from retarget.config import GoalWeights
-from retarget.feet import edge_share
 from retarget.free_joints import free_joints
-from retarget.targets import LIMBS, Targets
+from retarget.targets import LIMBS, Targets, edge_share
 from robot_models import FEET, RobotModel
 from robot_models.maths import rotation as rot
 

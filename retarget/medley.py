@@ -16,7 +16,6 @@ from clips import FREE, PLANTED, Clip, HumanClip, make_reference
 from clips.edit import placed
 from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics
-from retarget.feet import FootTargets, smoothstep
 from retarget.pipeline import (
     Prepared,
     Progress,
@@ -29,8 +28,7 @@ from retarget.pipeline import (
     solved,
 )
 from retarget.report import Metric, Report, measure
-from retarget.segments import Padded, add_leads, blend_frames, targets_of
-from retarget.targets import Targets, joined
+from retarget.targets import FootTargets, Padded, Targets, add_leads, blend_frames, joined, smoothstep, targets_of
 from robot_models import RobotModel
 from robot_models.maths import one_blas_thread
 from robot_models.maths import rotation as rot

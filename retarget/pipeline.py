@@ -14,17 +14,25 @@ from numpy import ndarray
 from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_reference, repaired
 from clips.edit import recentred, resample
 from retarget.config import RetargetConfig
-from retarget.contacts import Contacts, find_contacts
 from retarget.dynamics import Dynamics, dynamics_of
-from retarget.edits import ContactEdit, KeyFrame, edited, pinned
 from retarget.errors import RetargetError
-from retarget.flight import thrown
 from retarget.frame_by_frame import follow, frame_solver
 from retarget.goals import make_goals
 from retarget.report import Report, measure
-from retarget.robot_source import as_figure
-from retarget.segments import Padded, add_leads
-from retarget.targets import Targets, make_targets
+from retarget.targets import (
+    ContactEdit,
+    Contacts,
+    KeyFrame,
+    Padded,
+    Targets,
+    add_leads,
+    as_figure,
+    edited,
+    find_contacts,
+    make_targets,
+    pinned,
+    thrown,
+)
 from retarget.whole_clip import optimise, rough_poses
 from robot_models import RobotError, RobotModel
 from robot_models.maths import one_blas_thread

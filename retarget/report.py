@@ -16,9 +16,8 @@ from numpy import ndarray
 from clips import HumanClip, Reference
 from clips.edit import new_times, sample
 from retarget.config import Gates
-from retarget.contacts import edge_points, foot_yaw_rate
 from retarget.dynamics import Dynamics
-from retarget.targets import LIMBS
+from retarget.targets import LIMBS, edge_points, foot_yaw_rate
 from robot_models import RobotModel, lowest_point, self_collision_depth, sole_edges
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of

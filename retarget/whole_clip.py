@@ -10,9 +10,9 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from retarget.config import Level, WholeClipConfig
-from retarget.feet import smoothstep
 from retarget.gauss_newton import refine
 from retarget.goals import Goals
+from retarget.targets import smoothstep
 from robot_models import RobotModel
 from robot_models.maths import rotation as rot
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from clips import FREE, PLANTED
-from retarget.feet import FootTargets
-from retarget.footprints import parted
+from retarget.targets.feet import FootTargets
+from retarget.targets.foot_separation import parted
 from robot_models import FEET, load_robot
 from robot_models.maths import rotation as rot
 

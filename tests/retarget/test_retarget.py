@@ -11,8 +11,8 @@ from clips.edit import resample
 from clips.provenance import ClipSource
 from clips.reference import make_reference
 from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, flight_fit, measure, retarget
-from retarget.contacts import find_contacts
-from retarget.robot_source import as_figure
+from retarget.targets.contacts import find_contacts
+from retarget.targets.robot_figure import as_figure
 from robot_models import load_robot, sole_edges
 from robot_models.maths import rotation as rot
 from robot_models.maths.smoothing import smooth
@@ -237,7 +237,7 @@ def test_a_real_robot_clip_on_its_own_robot_keeps_its_posture(shared):
 
 def test_pointed_feet_do_not_flip():
     base = read_clip(SAMPLES / "groove.csv")
-    from retarget.body import foot_frames
+    from retarget.targets.segment_frames import foot_frames
 
     points = np.repeat(base.positions[:1], 60, axis=0)
     toe, ankle, knee = (base.names.index(f"left_{p}") for p in ("toe", "ankle", "knee"))

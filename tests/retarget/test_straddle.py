@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from clips import FREE, PLANTED
-from retarget.feet import FootTargets
-from retarget.straddle import drawn_in
+from retarget.targets.feet import FootTargets
+from retarget.targets.stance_width import drawn_in
 from robot_models.maths import rotation as rot
 
 FPS, FRAMES, HIPS = 50.0, 60, 0.6  # [frames/s], frames, height of the hips over the ankles [m]

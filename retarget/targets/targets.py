@@ -14,12 +14,12 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import HumanClip
-from retarget.body import trunk_frames
 from retarget.config import RetargetConfig
-from retarget.contacts import Contacts
-from retarget.feet import FootTargets, flat_height, foot_targets
-from retarget.footprints import parted
-from retarget.straddle import drawn_in
+from retarget.targets.contacts import Contacts
+from retarget.targets.feet import FootTargets, flat_height, foot_targets
+from retarget.targets.foot_separation import parted
+from retarget.targets.segment_frames import trunk_frames
+from retarget.targets.stance_width import drawn_in
 from robot_models import FEET, RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
 from robot_models.maths import smooth

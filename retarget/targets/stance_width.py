@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import FREE
-from retarget.feet import FootTargets, spread
+from retarget.targets.feet import FootTargets, spread
 from robot_models import FEET, RobotModel, ancestors, joint_axes
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of

@@ -14,8 +14,8 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from clips import FREE, HumanClip
-from retarget.body import foot_frames
-from retarget.contacts import Contacts
+from retarget.targets.contacts import Contacts
+from retarget.targets.segment_frames import foot_frames
 from robot_models import FEET, RobotModel, Sole
 from robot_models.maths import away_from, runs_of
 from robot_models.maths import rotation as rot

@@ -10,8 +10,8 @@ from numpy import ndarray
 
 from clips import FREE, PLANTED
 from retarget.config import RetargetConfig
-from retarget.feet import FootTargets, smoothstep
-from retarget.targets import Targets, joined
+from retarget.targets.feet import FootTargets, smoothstep
+from retarget.targets.targets import Targets, joined
 from robot_models import FEET, RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
 

@@ -12,8 +12,8 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips import FREE, PIVOTING, PLANTED, write_whole
-from retarget.contacts import Contacts
 from retarget.errors import RetargetError
+from retarget.targets.contacts import Contacts
 from robot_models import CONTACT_NAMES, RobotModel
 from robot_models.maths import runs_of
 

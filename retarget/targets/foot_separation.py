@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import FREE
-from retarget.feet import FootTargets, smoothstep, spread
+from retarget.targets.feet import FootTargets, smoothstep, spread
 from robot_models import FEET, RobotModel
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of

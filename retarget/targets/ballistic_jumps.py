@@ -13,8 +13,8 @@ from jaxtyping import Int
 from numpy import ndarray
 
 from clips import FREE, HumanClip
-from retarget.contacts import edge_points
-from retarget.targets import Targets
+from retarget.targets.contacts import edge_points
+from retarget.targets.targets import Targets
 from robot_models.maths import runs_of
 
 _G = 9.81  # [m/s^2]

@@ -1,0 +1,36 @@
+"""What the robot shall reach: the source's contacts, and its body and feet in the robot's proportions."""
+
+from retarget.targets.ballistic_jumps import thrown
+from retarget.targets.contacts import Contacts, edge_points, find_contacts, foot_yaw_rate
+from retarget.targets.edits import ContactEdit, KeyFrame, edited, pinned, read_contacts, read_keys, write_contacts
+from retarget.targets.feet import FootTargets, edge_share, smoothstep
+from retarget.targets.leads import Padded, add_leads, blend_frames, targets_of
+from retarget.targets.robot_figure import as_figure
+from retarget.targets.targets import LIMBS, Targets, joined, make_targets
+
+__all__ = [
+    "LIMBS",
+    "ContactEdit",
+    "Contacts",
+    "FootTargets",
+    "KeyFrame",
+    "Padded",
+    "Targets",
+    "add_leads",
+    "as_figure",
+    "blend_frames",
+    "edge_points",
+    "edge_share",
+    "edited",
+    "find_contacts",
+    "foot_yaw_rate",
+    "joined",
+    "make_targets",
+    "pinned",
+    "read_contacts",
+    "read_keys",
+    "smoothstep",
+    "targets_of",
+    "thrown",
+    "write_contacts",
+]
