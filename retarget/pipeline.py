@@ -17,8 +17,8 @@ from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics, dynamics_of
 from retarget.errors import RetargetError
 from retarget.frame_by_frame import follow, frame_solver
-from retarget.goals import make_goals
 from retarget.report import Report, measure
+from retarget.solver import make_goals, optimise, rough_poses
 from retarget.targets import (
     ContactEdit,
     Contacts,
@@ -33,7 +33,6 @@ from retarget.targets import (
     pinned,
     thrown,
 )
-from retarget.whole_clip import optimise, rough_poses
 from robot_models import RobotError, RobotModel
 from robot_models.maths import one_blas_thread
 

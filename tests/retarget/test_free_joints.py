@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from retarget.free_joints import free_joints
+from retarget.solver.free_joints import free_joints
 from robot_models import FEET, forward_kinematics, load_robot
 
 

@@ -8,10 +8,10 @@ from conftest import SAMPLES
 
 from clips import cut, read_clip
 from retarget import GoalWeights, RetargetConfig, WholeClipConfig, retarget
-from retarget.bounds import joint_bounds, kept
-from retarget.clearance import Clearance, Proximity, low_soles
-from retarget.goal_rows import goal_rows
-from retarget.goals import make_goals
+from retarget.solver.collision import Clearance, Proximity, low_soles
+from retarget.solver.joint_limits import joint_bounds, kept
+from retarget.solver.objective import make_goals
+from retarget.solver.residuals import goal_rows
 from robot_models.jacobians import integrate, kinematics
 from robot_models.maths.banded import BandedSystem, band_memory, spread_back, widened
 

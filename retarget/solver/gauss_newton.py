@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from retarget.bounds import joint_bounds, kept
-from retarget.clearance import WORLD, Clearance, Places, Proximity, low_soles, too_near
 from retarget.config import Level, WholeClipConfig
-from retarget.goal_rows import goal_rows
-from retarget.goals import Goals
-from retarget.quadratic import constrained_step, quadratic_model
+from retarget.solver.collision import WORLD, Clearance, Places, Proximity, low_soles, too_near
+from retarget.solver.joint_limits import joint_bounds, kept
+from retarget.solver.normal_equations import constrained_step, quadratic_model
+from retarget.solver.objective import Goals
+from retarget.solver.residuals import goal_rows
 from robot_models import Kinematics, RobotModel, integrate, kinematics
 from robot_models.maths import REACH, band_memory, widened
 

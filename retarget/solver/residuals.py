@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from retarget.config import GoalWeights
-from retarget.goals import Goals
+from retarget.solver.objective import Goals
 from retarget.targets import LIMBS
 from robot_models import Kinematics, RobotModel, forces
 from robot_models.maths import rotation as rot

@@ -10,7 +10,7 @@ from numpy import ndarray
 
 from clips import PIVOTING
 from retarget.config import GoalWeights
-from retarget.free_joints import free_joints
+from retarget.solver.free_joints import free_joints
 from retarget.targets import LIMBS, Targets, edge_share
 from robot_models import FEET, RobotModel
 from robot_models.maths import rotation as rot

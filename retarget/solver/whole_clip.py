@@ -10,8 +10,8 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from retarget.config import Level, WholeClipConfig
-from retarget.gauss_newton import refine
-from retarget.goals import Goals
+from retarget.solver.gauss_newton import refine
+from retarget.solver.objective import Goals
 from retarget.targets import smoothstep
 from robot_models import RobotModel
 from robot_models.maths import rotation as rot

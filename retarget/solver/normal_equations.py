@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from retarget.bounds import Bound
-from retarget.clearance import Clearance
 from retarget.errors import RetargetError
-from retarget.goals import Goals
+from retarget.solver.collision import Clearance
+from retarget.solver.joint_limits import Bound
+from retarget.solver.objective import Goals
 from robot_models.maths import REACH, BandedSystem, Memory, spread_back
 from robot_models.maths import rotation as rot
 
