@@ -16,7 +16,7 @@ from clips.edit import recentred, resample
 from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics, dynamics_of
 from retarget.errors import RetargetError
-from retarget.frame_by_frame import follow, frame_solver
+from retarget.per_frame import follow, frame_solver
 from retarget.report import Report, measure
 from retarget.solver import make_goals, optimise, rough_poses
 from retarget.targets import (

@@ -9,8 +9,8 @@ from numpy import ndarray
 
 from clips import FREE
 from retarget.config import IkConfig
-from retarget.frame_by_frame import reachable
-from retarget.segment_task import SegmentTask
+from retarget.per_frame.base import reachable
+from retarget.per_frame.segment_task import SegmentTask
 from retarget.targets import Targets
 from robot_models import FEET, RobotModel
 

@@ -9,7 +9,7 @@ from numpy import ndarray
 
 from clips import FREE
 from retarget.config import IkConfig
-from retarget.frame_by_frame import reachable
+from retarget.per_frame.base import reachable
 from retarget.targets import Targets
 from robot_models import FEET, RobotModel, urdf_text
 from robot_models.maths import rotation as rot

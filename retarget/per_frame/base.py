@@ -35,11 +35,11 @@ def frame_solver(name: str, robot: RobotModel, config: IkConfig, fps: float) -> 
         RetargetError: there is none of that name.
     """
     if name == "mink":
-        from retarget.mink_ik import MinkIk
+        from retarget.per_frame.mink import MinkIk
 
         return MinkIk(robot, config, fps)
     if name == "placo":
-        from retarget.placo_ik import PlacoIk
+        from retarget.per_frame.placo import PlacoIk
 
         return PlacoIk(robot, config, fps)
     raise RetargetError(

@@ -1,0 +1,8 @@
+"""The per-frame streams, for live input and comparison: one frame of targets in, one configuration out."""
+
+from retarget.per_frame.base import follow, frame_solver
+
+__all__ = [
+    "follow",
+    "frame_solver",
+]
