@@ -1,10 +1,9 @@
 """Retargeting: a recorded clip and a robot in, a feasible reference and an honest report out."""
 
 from retarget.config import ContactConfig, Gates, GoalWeights, IkConfig, RetargetConfig, WholeClipConfig
-from retarget.dynamics import Dynamics, dynamics_of
+from retarget.dynamics import Dynamics, dynamics_of, flight_fit, hardest
 from retarget.errors import RetargetError
 from retarget.fit import FitConfig, fitted
-from retarget.hardship import flight_fit, hardest
 from retarget.medley import Seam, medley
 from retarget.pipeline import Retargeted, retarget
 from retarget.report import Metric, Report, measure

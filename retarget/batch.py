@@ -17,8 +17,8 @@ from typing import Literal
 
 from clips import ReadOptions, read_clip, repaired, save_reference, write_whole
 from retarget.config import RetargetConfig
+from retarget.dynamics import hardest
 from retarget.errors import RetargetError
-from retarget.hardship import hardest
 from retarget.pipeline import Retargeted, retarget
 from robot_models import DanceError, load_robot
 

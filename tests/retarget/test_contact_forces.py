@@ -9,10 +9,10 @@ pytest.importorskip("pinocchio", reason="no Pinocchio wheels on Windows")
 
 from standing import free_model, mujoco_inverse, reference_of, standing
 
-from retarget.contact_forces import friction_pyramid, nonnegative_ridge
-from retarget.dynamics import differences, dynamics_of
-from retarget.hardship import hardest
-from retarget.support import outside_support, sole_points
+from retarget.dynamics.contact_forces import friction_pyramid, nonnegative_ridge
+from retarget.dynamics.feasibility import hardest
+from retarget.dynamics.inverse_dynamics import differences, dynamics_of
+from retarget.dynamics.support import outside_support, sole_points
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 

@@ -9,9 +9,9 @@ pytest.importorskip("pinocchio", reason="no Pinocchio wheels on Windows")
 
 from standing import G, reference_of, standing
 
-from retarget.dynamics import dynamics_of
-from retarget.hardship import flight_fit, hardest
-from retarget.support import sole_points
+from retarget.dynamics.feasibility import flight_fit, hardest
+from retarget.dynamics.inverse_dynamics import dynamics_of
+from retarget.dynamics.support import sole_points
 from robot_models.maths import rotation as rot
 
 

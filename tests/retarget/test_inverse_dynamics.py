@@ -7,7 +7,7 @@ pytest.importorskip("pinocchio", reason="no Pinocchio wheels on Windows")
 
 from standing import free_model, mujoco_inverse, reference_of, standing
 
-from retarget.dynamics import differences, dynamics_of, inverse_dynamics
+from retarget.dynamics.inverse_dynamics import differences, dynamics_of, inverse_dynamics
 from retarget.errors import RetargetError
 from robot_models import load_robot
 from robot_models.maths import rotation as rot

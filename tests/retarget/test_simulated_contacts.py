@@ -10,7 +10,7 @@ pytest.importorskip("pinocchio", reason="no Pinocchio wheels on Windows")
 
 from standing import reference_of
 
-from retarget.dynamics import dynamics_of, inverse_dynamics
+from retarget.dynamics.inverse_dynamics import dynamics_of, inverse_dynamics
 
 
 def simulated(robot, qpos0, targets, *, record, steps, seconds):

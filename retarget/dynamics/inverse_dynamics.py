@@ -14,9 +14,9 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import Reference
-from retarget.contact_forces import Demand, contact_forces
+from retarget.dynamics.contact_forces import Demand, contact_forces
+from retarget.dynamics.support import outside_support, pieces, sole_points
 from retarget.errors import RetargetError
-from retarget.support import outside_support, pieces, sole_points
 from robot_models import RobotModel, pinocchio_model, pinocchio_q, pinocchio_v
 from robot_models.maths import rotation as rot
 

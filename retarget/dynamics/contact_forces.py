@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from retarget.support import SolePoints
+from retarget.dynamics.support import SolePoints
 from robot_models import RobotModel, ancestors, joint_axes
 from robot_models.maths import rotation as rot
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from retarget.dynamics import Dynamics
+from retarget.dynamics.inverse_dynamics import Dynamics
 from robot_models.maths import runs_of
 
 _G = 9.81  # both engines' default [m/s^2]
