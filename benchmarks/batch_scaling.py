@@ -17,8 +17,7 @@ from pathlib import Path
 
 from clips import ReadOptions, cut, read_clip, save_reference
 from retarget import RetargetConfig, retarget
-from retarget.batch import BatchConfig, Job, jobs_for, run_batch
-from retarget.cluster import run_on_ray
+from retarget.workflows import BatchConfig, Job, jobs_for, run_batch, run_on_ray
 from robot_models import DanceError, load_robot
 from robot_models.maths import available_threads
 

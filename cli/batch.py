@@ -15,7 +15,7 @@ from rich.table import Table
 from cli.terminal import BELOW_GATE, DONE, REFUSED, progress
 from clips import ClipError, OutputError, write_whole
 from retarget import RetargetConfig, RetargetError
-from retarget.batch import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
+from retarget.workflows import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
 from robot_models.maths import available_threads
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def retarget_all(args: Arguments) -> int:
 def _outcomes(jobs: list[Job], config: BatchConfig, args: Arguments) -> Iterator[Outcome]:
     if args.ray is None:
         return run_batch(jobs, config, min(args.jobs or available_threads(), len(jobs)))
-    from retarget.cluster import run_on_ray
+    from retarget.workflows import run_on_ray
 
     return run_on_ray(jobs, config, args.ray)
 

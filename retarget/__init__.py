@@ -3,11 +3,10 @@
 from retarget.config import ContactConfig, Gates, GoalWeights, IkConfig, RetargetConfig, WholeClipConfig
 from retarget.dynamics import Dynamics, dynamics_of, flight_fit, hardest
 from retarget.errors import RetargetError
-from retarget.fit import FitConfig, fitted
-from retarget.medley import Seam, medley
 from retarget.pipeline import Retargeted, retarget
 from retarget.report import Metric, Report, measure
 from retarget.targets import ContactEdit, KeyFrame, read_contacts, read_keys, write_contacts
+from retarget.workflows import FitConfig, Seam, fitted, medley
 
 __all__ = [
     "ContactConfig",

@@ -13,7 +13,7 @@ from conftest import SAMPLES
 
 from clips import cut, load_reference, read_clip, save_reference
 from retarget import RetargetConfig, RetargetError, retarget
-from retarget.batch import BatchConfig, Job, jobs_for, motion_files, run_batch, run_job, summary_rows
+from retarget.workflows.batch import BatchConfig, Job, jobs_for, motion_files, run_batch, run_job, summary_rows
 from robot_models import load_robot
 
 QUICK = BatchConfig(retargeting=RetargetConfig(lead_in_s=0.5, lead_out_s=0.5, dynamics=False))

@@ -21,8 +21,8 @@ pytestmark = [
 
 from clips import cut, read_clip, save_reference
 from retarget import RetargetConfig, RetargetError, retarget
-from retarget import cluster as on_cluster
-from retarget.batch import BatchConfig, jobs_for, motion_files, run_batch
+from retarget.workflows import ray_cluster as on_cluster
+from retarget.workflows.batch import BatchConfig, jobs_for, motion_files, run_batch
 from robot_models import load_robot
 
 QUICK = BatchConfig(retargeting=RetargetConfig(lead_in_s=0.3, lead_out_s=0.3, dynamics=False))

@@ -16,9 +16,9 @@ from retarget import (
     retarget,
     write_contacts,
 )
-from retarget.fit import pace_for
 from retarget.targets.contacts import find_contacts
 from retarget.targets.edits import edited
+from retarget.workflows.time_scaling import pace_for
 
 SHORT = RetargetConfig(lead_in_s=0.0, lead_out_s=0.0)
 

@@ -13,8 +13,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from retarget.batch import BatchConfig, Job, Outcome, lost, run_job, versions
 from retarget.errors import RetargetError
+from retarget.workflows.batch import BatchConfig, Job, Outcome, lost, run_job, versions
 
 _RETRIES = 2  # of a job whose process or node died
 _PATIENCE = 5.0  # for a cluster's first word [s]

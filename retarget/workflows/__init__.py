@@ -1,0 +1,21 @@
+"""Retargeting more than once: several dances as one, slower where physics asks for it, folders of clips."""
+
+from retarget.workflows.batch import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
+from retarget.workflows.ray_cluster import run_on_ray
+from retarget.workflows.sequence import Seam, medley
+from retarget.workflows.time_scaling import FitConfig, fitted
+
+__all__ = [
+    "BatchConfig",
+    "FitConfig",
+    "Job",
+    "Outcome",
+    "Seam",
+    "fitted",
+    "jobs_for",
+    "medley",
+    "motion_files",
+    "run_batch",
+    "run_on_ray",
+    "summary_rows",
+]
