@@ -117,11 +117,11 @@ def _check(args: Arguments) -> None:
 
 def _perform(args: Arguments, console: Console) -> Performance:
     from tracking import read_golden, replay
-    from tracking.bundle import GOLDEN, read_runner
     from tracking.deploy.guard import Guard
     from tracking.deploy.perform import perform
     from tracking.deploy.stages import Controller, Stage, StageConfig
     from tracking.deploy.wire import MOTORS, ControllerWire
+    from tracking.policy import GOLDEN, read_runner
 
     folder, runner = read_runner(args.bundle)
     if len(runner.contract.joint_names) != MOTORS:

@@ -74,7 +74,7 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Load, check, roll out, report."""
     from tracking import engine_names, load_bundle, read_golden, replay
-    from tracking.bundle import CONTRACT, GOLDEN
+    from tracking.policy import CONTRACT, GOLDEN
 
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
@@ -115,7 +115,7 @@ def run(args: Arguments) -> int:
 def _each(args: Arguments, folders: list[Path], engines: tuple[str, ...], console: Console) -> int:
     """One policy that dances several references: a row for each."""
     from tracking import load_bundle, read_golden, replay
-    from tracking.bundle import GOLDEN, POLICY
+    from tracking.policy import GOLDEN, POLICY
 
     alone = {"--ref": args.ref, "--sweep": args.sweep, "--recording": args.recording, "--picture": args.picture}
     if any(alone.values()):

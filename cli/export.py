@@ -41,8 +41,7 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Check, repeat the golden trace, write aside, rename."""
     from tracking import load_bundle, read_golden, replay
-    from tracking.bundle import CONTRACT, GOLDEN, POLICY, REFERENCE
-    from tracking.exchange import write_beyondmimic, write_unitree
+    from tracking.policy import CONTRACT, GOLDEN, POLICY, REFERENCE, write_beyondmimic, write_unitree
 
     console = Console(highlight=False, soft_wrap=True)
     out = args.out or Path("bundles") / args.run.name

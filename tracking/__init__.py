@@ -9,40 +9,49 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from tracking.config import PpoConfig, RandomisationConfig, RewardConfig, TaskConfig, TerminationConfig, TrainConfig
-from tracking.contract import Contract, read_contract
 from tracking.errors import TrackingError
+from tracking.policy import Contract, read_contract
 
 if TYPE_CHECKING:
-    from tracking.bundle import Bundle, check_contract, load_bundle
     from tracking.conditions import Cell, sweep
     from tracking.dance_env import DanceEnv
     from tracking.engines import ENGINES, engine_names
     from tracking.evaluation import Evaluation, evaluate, evaluation_task, play, start
     from tracking.export import export_bundle
-    from tracking.golden import read_golden, replay
     from tracking.gym_env import DanceTrackingEnv
+    from tracking.policy import (
+        Bundle,
+        Measurement,
+        Motion,
+        Runner,
+        check_contract,
+        load_bundle,
+        motion_of,
+        onnx_policy,
+        read_golden,
+        replay,
+    )
     from tracking.reference_check import ReferenceCheck, check_reference
-    from tracking.runner import Measurement, Motion, Runner, motion_of, onnx_policy
     from tracking.task import TrackingTask
     from tracking.training import Run, train
 
 _HOME = {
     **dict.fromkeys(("ENGINES", "engine_names"), "tracking.engines"),
-    **dict.fromkeys(("read_golden", "replay"), "tracking.golden"),
+    **dict.fromkeys(("read_golden", "replay"), "tracking.policy.golden_trace"),
     **dict.fromkeys(("Cell", "sweep"), "tracking.conditions"),
-    "Bundle": "tracking.bundle",
-    "load_bundle": "tracking.bundle",
+    "Bundle": "tracking.policy.bundle",
+    "load_bundle": "tracking.policy.bundle",
     "DanceEnv": "tracking.dance_env",
     "Evaluation": "tracking.evaluation",
     "evaluate": "tracking.evaluation",
     "evaluation_task": "tracking.evaluation",
-    "check_contract": "tracking.bundle",
+    "check_contract": "tracking.policy.bundle",
     "export_bundle": "tracking.export",
     **dict.fromkeys(("play", "start"), "tracking.evaluation"),
     "DanceTrackingEnv": "tracking.gym_env",
     "ReferenceCheck": "tracking.reference_check",
     "check_reference": "tracking.reference_check",
-    **dict.fromkeys(("Measurement", "Motion", "Runner", "motion_of", "onnx_policy"), "tracking.runner"),
+    **dict.fromkeys(("Measurement", "Motion", "Runner", "motion_of", "onnx_policy"), "tracking.policy.runner"),
     "TrackingTask": "tracking.task",
     "Run": "tracking.training",
     "train": "tracking.training",

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from tracking.bundle import load_bundle
 from tracking.config import ObservationNoise, RandomisationConfig, TaskConfig
 from tracking.engines import ENGINES
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
+from tracking.policy import load_bundle
 
 NOMINAL = RandomisationConfig(
     friction=(1.0, 1.0),

@@ -15,7 +15,7 @@ from robot_models import RobotModel
 from tracking.config import TaskConfig
 from tracking.mujoco_batch import MujocoBatch
 from tracking.physics import Engine
-from tracking.runner import Policy, Runner
+from tracking.policy import Policy, Runner
 from tracking.task import StepResult, TrackingTask
 
 _Z95 = 1.96

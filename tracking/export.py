@@ -17,15 +17,21 @@ from numpy import ndarray
 
 from clips import Reference, write_whole
 from robot_models.maths import in_memory
-from tracking.chain import anchor_chain
 from tracking.config import RandomisationConfig
-from tracking.contract import FROM_REFERENCE, Contract, write_contract
 from tracking.errors import TrackingError
-from tracking.golden import Golden, write_golden
-from tracking.prior import target_range
+from tracking.policy import (
+    FROM_REFERENCE,
+    Contract,
+    Golden,
+    Policy,
+    anchor_chain,
+    onnx_policy,
+    standing_gains,
+    target_range,
+    write_contract,
+    write_golden,
+)
 from tracking.repertoire import Piece
-from tracking.runner import Policy, onnx_policy
-from tracking.standing import standing_gains
 from tracking.task import TrackingTask
 
 _AGREEMENT = 1e-5  # largest difference of onnxruntime and torch

@@ -19,7 +19,7 @@ from robot_models.maths import rotation as rot
 from tracking.chance import Chance
 from tracking.comparison import ReferenceTables
 from tracking.config import ObservationNoise
-from tracking.contract import Row
+from tracking.policy import Row
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

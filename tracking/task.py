@@ -20,10 +20,9 @@ from tracking.config import TaskConfig
 from tracking.mujoco_batch import MujocoBatch
 from tracking.observations import Situation, actor_table, privileged_table
 from tracking.physics import Engine
-from tracking.prior import joint_targets, target_range
+from tracking.policy import Measurement, joint_targets, target_range
 from tracking.randomisation import Pushes, draw_robots
 from tracking.rewards import beyond_soft_limits, reward_terms
-from tracking.runner import Measurement
 from tracking.starts import Starts
 
 

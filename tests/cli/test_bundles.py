@@ -30,7 +30,7 @@ def test_an_exported_bundle_stands_alone_and_is_judged_as_before(tmp_path, capsy
 def test_a_golden_trace_that_is_not_repeated_stops_everything(tmp_path, capsys):
     import shutil
 
-    from tracking.bundle import SHIPPED
+    from tracking.policy.bundle import SHIPPED
 
     shutil.copytree(SHIPPED / "groove-dancer", tmp_path / "b")
     with np.load(tmp_path / "b" / "golden.npz") as file:
@@ -44,7 +44,7 @@ def test_a_golden_trace_that_is_not_repeated_stops_everything(tmp_path, capsys):
 def test_a_bundle_without_its_reference_is_refused(tmp_path, capsys):
     import shutil
 
-    from tracking.bundle import SHIPPED
+    from tracking.policy.bundle import SHIPPED
 
     shutil.copytree(SHIPPED / "groove-dancer", tmp_path / "b")
     (tmp_path / "b" / "reference.npz").unlink()

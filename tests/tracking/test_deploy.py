@@ -16,12 +16,12 @@ import cli.deploy
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 from tracking import TrackingError
-from tracking.bundle import read_runner
 from tracking.deploy.guard import Command, Guard, GuardConfig, State
 from tracking.deploy.perform import perform
 from tracking.deploy.rehearsal import _Body
 from tracking.deploy.stages import Controller, Stage, StageConfig
-from tracking.standing import standing_gains
+from tracking.policy.bundle import read_runner
+from tracking.policy.standing_gains import standing_gains
 
 
 @pytest.fixture(scope="module")

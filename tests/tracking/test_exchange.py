@@ -16,9 +16,9 @@ from onnx import TensorProto, helper, numpy_helper
 from clips import load_reference
 from robot_models import load_robot
 from tracking import Measurement, TaskConfig, TrackingError, TrackingTask, evaluate, evaluation_task, load_bundle
-from tracking.bundle import SHIPPED
-from tracking.exchange import write_beyondmimic, write_unitree
-from tracking.foreign import read_beyondmimic, read_unitree, with_gains
+from tracking.policy.bundle import SHIPPED
+from tracking.policy.policy_export import write_beyondmimic, write_unitree
+from tracking.policy.policy_import import read_beyondmimic, read_unitree, with_gains
 
 
 @pytest.fixture(scope="module")

@@ -98,8 +98,8 @@ def test_a_reference_that_physics_forbids_weighs_half(pieces):
 def test_one_network_and_a_bundle_for_each(pieces, files, tmp_path):
     pytest.importorskip("torch")
     from tracking import PpoConfig, TrainConfig, train
-    from tracking.bundle import CONTRACT, POLICY, REFERENCE
-    from tracking.contract import read_contract
+    from tracking.policy.bundle import CONTRACT, POLICY, REFERENCE
+    from tracking.policy.contract import read_contract
 
     small = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=1, minibatches=2)
     config = TrainConfig(envs=16, steps=16 * 8 * 3, evaluate_every=16 * 8 * 3, rollouts=2, threads=1, ppo=small)

@@ -23,10 +23,10 @@ from tracking import (
     onnx_policy,
     read_contract,
 )
-from tracking.bundle import SHIPPED
 from tracking.config import RandomisationConfig, TaskConfig
-from tracking.contract import write_contract
-from tracking.golden import read_golden, replay
+from tracking.policy.bundle import SHIPPED
+from tracking.policy.contract import write_contract
+from tracking.policy.golden_trace import read_golden, replay
 
 FOLDER = SHIPPED / "groove-dancer"
 
@@ -97,7 +97,7 @@ def test_no_simulator_and_no_trainer_is_needed():
 import sys, pathlib
 from clips import load_reference
 from tracking import Runner, motion_of, onnx_policy, read_contract
-from tracking.golden import read_golden, replay
+from tracking.policy.golden_trace import read_golden, replay
 folder = pathlib.Path({str(FOLDER)!r})
 contract = read_contract(folder / "contract.json")
 runner = Runner(contract, onnx_policy(folder / "policy.onnx"), motion_of(load_reference(folder / "reference.npz"), contract))
@@ -114,7 +114,7 @@ def test_a_bundle_opens_where_the_training_packages_are_not(door):
 import sys
 sys.modules |= dict.fromkeys(("torch", "rsl_rl", "tensordict", "gymnasium", "onnx"))
 import tracking.deploy.perform, tracking.deploy.stages
-from tracking.bundle import load_bundle, read_runner
+from tracking.policy.bundle import load_bundle, read_runner
 from pathlib import Path
 {door}(Path({str(FOLDER)!r}))
 print("opened")

@@ -21,7 +21,7 @@ from tracking.comparison import ReferenceTables, TrackingErrors, compare, failur
 from tracking.config import RandomisationConfig, RewardConfig, TerminationConfig
 from tracking.evaluation import evaluate, evaluation_task, wilson
 from tracking.mujoco_batch import MujocoBatch, training_model
-from tracking.prior import joint_targets
+from tracking.policy.feed_forward import joint_targets
 from tracking.randomisation import Pushes, draw_robots
 from tracking.rewards import action_rate, beyond_soft_limits, closeness, mean_square, reward_terms
 

@@ -25,9 +25,9 @@ from tracking import (
     training,
 )
 from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
-from tracking.contract import read_contract
 from tracking.export import contract_of, export_bundle, torch_policy
-from tracking.golden import read_golden, replay
+from tracking.policy.contract import read_contract
+from tracking.policy.golden_trace import read_golden, replay
 from tracking.ppo import Trainer
 from tracking.repertoire import read_piece
 from tracking.team import Team

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models.maths import rotation as rot
-from tracking.contract import Contract
+from tracking.policy import Contract
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

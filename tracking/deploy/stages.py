@@ -10,7 +10,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from tracking.deploy.guard import Command, Guard, State
-from tracking.runner import Measurement, Runner
+from tracking.policy import Measurement, Runner
 
 
 class Stage(Enum):

@@ -11,13 +11,13 @@ from numpy import ndarray
 
 from clips import Reference, load_reference
 from robot_models import RobotModel, load_robot
-from tracking.chain import anchor_chain
-from tracking.contract import Contract, read_contract
 from tracking.errors import TrackingError
-from tracking.runner import Runner, motion_of, onnx_policy
+from tracking.policy.anchor_chain import anchor_chain
+from tracking.policy.contract import Contract, read_contract
+from tracking.policy.runner import Runner, motion_of, onnx_policy
 
 POLICY, CONTRACT, REFERENCE, GOLDEN = "policy.onnx", "contract.json", "reference.npz", "golden.npz"
-SHIPPED = Path(__file__).parent / "policies"
+SHIPPED = Path(__file__).parent.parent / "policies"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -101,7 +101,7 @@ def _unitree(path: Path) -> Path | None:
 
 def _foreign(path: Path, reference: Path | None, robot: str | None) -> Bundle:
     """A policy that another tool trained, on a robot with that policy's gains."""
-    from tracking.foreign import read_beyondmimic, read_unitree, with_gains
+    from tracking.policy.policy_import import read_beyondmimic, read_unitree, with_gains
 
     model = load_robot(robot or "g1")
     yaml = _unitree(path)

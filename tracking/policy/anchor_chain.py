@@ -8,7 +8,7 @@ import numpy as np
 
 from robot_models import RobotModel
 from robot_models.maths import rotation as rot
-from tracking.contract import ChainLink
+from tracking.policy.contract import ChainLink
 
 
 def anchor_chain(robot: RobotModel, anchor: str, joints: Sequence[str] | None = None) -> tuple[ChainLink, ...]:

@@ -16,9 +16,9 @@ from numpy import ndarray
 
 from clips import Reference
 from robot_models.maths import rotation as rot
-from tracking.contract import FROM_REFERENCE, Contract
 from tracking.errors import TrackingError
-from tracking.prior import joint_targets
+from tracking.policy.contract import FROM_REFERENCE, Contract
+from tracking.policy.feed_forward import joint_targets
 
 Policy = Callable[[Float[ndarray, "N A"]], Float[ndarray, "N J"]]
 """Observations to mean actions."""

@@ -17,11 +17,11 @@ from numpy import ndarray
 
 from clips import Reference, make_reference
 from robot_models import RobotModel
-from tracking.chain import anchor_chain
-from tracking.contract import FROM_DEFAULT, Contract, Row
 from tracking.errors import TrackingError
-from tracking.runner import Motion, Runner, motion_of, open_onnx
-from tracking.standing import standing_gains
+from tracking.policy.anchor_chain import anchor_chain
+from tracking.policy.contract import FROM_DEFAULT, Contract, Row
+from tracking.policy.runner import Motion, Runner, motion_of, open_onnx
+from tracking.policy.standing_gains import standing_gains
 
 # The field's names of observation terms -> kind, unit, whether a robot measures it.
 _TERMS = {

@@ -9,9 +9,9 @@ import numpy as np
 from numpy import ndarray
 
 from clips import write_whole
-from tracking.bundle import POLICY, Bundle
-from tracking.contract import FROM_REFERENCE, Row
 from tracking.errors import TrackingError
+from tracking.policy.bundle import POLICY, Bundle
+from tracking.policy.contract import FROM_REFERENCE, Row
 
 # What BeyondMimic's deployers put together for a policy without state estimation, in this order.
 _THEIRS = ("command", "motion_anchor_ori_b", "base_ang_vel", "joint_pos", "joint_vel", "actions")

@@ -1,0 +1,42 @@
+"""A policy as files and as something that acts: contract, runner, bundle, other tools' forms. No trainer, no simulator."""
+
+from tracking.policy.anchor_chain import anchor_chain
+from tracking.policy.bundle import CONTRACT, GOLDEN, POLICY, REFERENCE, Bundle, check_contract, load_bundle, read_runner
+from tracking.policy.contract import FROM_REFERENCE, Contract, Row, read_contract, write_contract
+from tracking.policy.feed_forward import joint_targets, target_range
+from tracking.policy.golden_trace import Golden, read_golden, replay, write_golden
+from tracking.policy.policy_export import write_beyondmimic, write_unitree
+from tracking.policy.runner import Measurement, Motion, Policy, Runner, motion_of, onnx_policy
+from tracking.policy.standing_gains import standing_gains
+
+__all__ = [
+    "CONTRACT",
+    "FROM_REFERENCE",
+    "GOLDEN",
+    "POLICY",
+    "REFERENCE",
+    "Bundle",
+    "Contract",
+    "Golden",
+    "Measurement",
+    "Motion",
+    "Policy",
+    "Row",
+    "Runner",
+    "anchor_chain",
+    "check_contract",
+    "joint_targets",
+    "load_bundle",
+    "motion_of",
+    "onnx_policy",
+    "read_contract",
+    "read_golden",
+    "read_runner",
+    "replay",
+    "standing_gains",
+    "target_range",
+    "write_beyondmimic",
+    "write_contract",
+    "write_golden",
+    "write_unitree",
+]
