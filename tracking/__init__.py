@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from tracking.training import Run, train
 
 _HOME = {
-    **dict.fromkeys(("ENGINES", "engine_names"), "tracking.engines"),
+    **dict.fromkeys(("ENGINES", "engine_names"), "tracking.engines.registry"),
     **dict.fromkeys(("read_golden", "replay"), "tracking.policy.golden_trace"),
     **dict.fromkeys(("Cell", "sweep"), "tracking.conditions"),
     "Bundle": "tracking.policy.bundle",

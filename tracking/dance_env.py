@@ -18,7 +18,7 @@ from clips import load_reference
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 from tracking.config import RandomisationConfig
-from tracking.mujoco_batch import MujocoBatch
+from tracking.engines import MujocoBatch
 from tracking.randomisation import draw_robots
 from tracking.screen import MODES, Screen
 

@@ -13,8 +13,7 @@ from numpy import ndarray
 from clips import Reference
 from robot_models import RobotModel
 from tracking.config import TaskConfig
-from tracking.mujoco_batch import MujocoBatch
-from tracking.physics import Engine
+from tracking.engines import Engine, MujocoBatch
 from tracking.policy import Policy, Runner
 from tracking.task import StepResult, TrackingTask
 

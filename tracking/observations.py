@@ -16,9 +16,9 @@ from numpy import ndarray
 from robot_models import BodyStates, RobotModel
 from robot_models.maths import Array, namespace
 from robot_models.maths import rotation as rot
-from tracking.chance import Chance
 from tracking.comparison import ReferenceTables
 from tracking.config import ObservationNoise
+from tracking.engines import Chance
 from tracking.policy import Row
 
 

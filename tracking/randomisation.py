@@ -13,10 +13,8 @@ from numpy import ndarray
 
 from robot_models import RobotModel
 from robot_models.maths import Array, namespace
-from tracking.chance import Chance
 from tracking.config import RandomisationConfig
-from tracking.motors import limit_torque_by_speed
-from tracking.mujoco_batch import training_model
+from tracking.engines import Chance, limit_torque_by_speed, training_model
 
 if TYPE_CHECKING:
     import mujoco

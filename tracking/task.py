@@ -17,9 +17,8 @@ from robot_models.maths import Array, in_memory, namespace, remember
 from robot_models.maths import rotation as rot
 from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
 from tracking.config import TaskConfig
-from tracking.mujoco_batch import MujocoBatch
+from tracking.engines import Engine, MujocoBatch
 from tracking.observations import Situation, actor_table, privileged_table
-from tracking.physics import Engine
 from tracking.policy import Measurement, joint_targets, target_range
 from tracking.randomisation import Pushes, draw_robots
 from tracking.rewards import beyond_soft_limits, reward_terms

@@ -6,8 +6,8 @@ import pytest
 
 from robot_models import load_robot
 from tracking.config import RandomisationConfig
-from tracking.motors import limit_torque_by_speed, servo_gains, torque_limits
-from tracking.mujoco_batch import training_model
+from tracking.engines.actuators import limit_torque_by_speed, servo_gains, torque_limits
+from tracking.engines.mujoco import training_model
 from tracking.randomisation import draw_robots
 
 KNEE, NO_LOAD = 0.7, 1.1

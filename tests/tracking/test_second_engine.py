@@ -10,9 +10,9 @@ pytest.importorskip("sapien")
 
 from robot_models import load_robot
 from tracking.config import RandomisationConfig
-from tracking.motors import servo_gains
-from tracking.mujoco_batch import MujocoBatch, training_model
-from tracking.physx_batch import ISAAC, MOTOR, PhysxBatch
+from tracking.engines.actuators import servo_gains
+from tracking.engines.mujoco import MujocoBatch, training_model
+from tracking.engines.physx import ISAAC, MOTOR, PhysxBatch
 from tracking.randomisation import draw_robots
 
 PROFILES = pytest.mark.parametrize("profile", [ISAAC, MOTOR], ids=lambda p: p.name)

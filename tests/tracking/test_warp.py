@@ -14,8 +14,8 @@ from clips import load_reference
 from robot_models import load_robot
 from robot_models.maths.arrays import in_memory
 from tracking import TrackingError, TrackingTask, TrainConfig
+from tracking.engines.warp import WarpBatch
 from tracking.ppo import Trainer
-from tracking.warp_batch import WarpBatch
 
 CPU = partial(WarpBatch, device="cpu")
 WORLDS, STARTS = 4, (50, 110, 170, 230)

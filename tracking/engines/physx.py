@@ -16,9 +16,9 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models.maths import rotation as rot
+from tracking.engines.actuators import servo_gains, torque_limits
+from tracking.engines.physics import PhysicsBatch
 from tracking.errors import TrackingError
-from tracking.motors import servo_gains, torque_limits
-from tracking.physics import PhysicsBatch
 
 if TYPE_CHECKING:
     import mujoco

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
+from tracking.engines.mujoco import MujocoBatch
+from tracking.engines.physics import Engine
+from tracking.engines.physx import ISAAC, MOTOR, PhysxBatch
+from tracking.engines.warp import WarpBatch
 from tracking.errors import TrackingError
-from tracking.mujoco_batch import MujocoBatch
-from tracking.physics import Engine
-from tracking.physx_batch import ISAAC, MOTOR, PhysxBatch
-from tracking.warp_batch import WarpBatch
 
 ENGINES: dict[str, Engine] = {
     "mujoco": MujocoBatch,

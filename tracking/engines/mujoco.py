@@ -12,7 +12,7 @@ from numpy import ndarray
 
 from robot_models import RobotModel, body_geoms
 from robot_models.maths import available_threads
-from tracking.physics import PhysicsBatch
+from tracking.engines.physics import PhysicsBatch
 
 if TYPE_CHECKING:
     import mujoco

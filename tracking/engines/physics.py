@@ -12,8 +12,8 @@ from numpy import ndarray
 
 from robot_models import BodyStates, RobotModel
 from robot_models.maths import Array, namespace, remember
-from tracking.body_sensors import BodySensors
-from tracking.chance import Chance
+from tracking.engines.body_sensors import BodySensors
+from tracking.engines.random import Chance
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:

@@ -19,9 +19,9 @@ from numpy import ndarray
 from robot_models import BodyStates, RobotModel
 from robot_models.maths import Array
 from robot_models.maths import rotation as rot
-from tracking.chance import Chance, TorchChance
+from tracking.engines.physics import BodyReader, PhysicsBatch
+from tracking.engines.random import Chance, TorchChance
 from tracking.errors import TrackingError
-from tracking.physics import BodyReader, PhysicsBatch
 
 if TYPE_CHECKING:
     import mujoco
@@ -147,7 +147,7 @@ class WarpBatch(PhysicsBatch):
         if lost:
             raise TrackingError(
                 "MuJoCo-Warp", found=f"contacts or constraints that did not fit in {lost} worlds", expected="room for all",
-                cure="this is a fault of tracking/warp_batch.py: its count of rows is too small for this robot",
+                cure="this is a fault of tracking/engines/warp.py: its count of rows is too small for this robot",
             )  # fmt: skip
 
 
