@@ -17,7 +17,7 @@ from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
     from tracking import ReferenceCheck
-    from tracking.repertoire import Piece
+    from tracking.task import Piece
     from tracking.training import Run
 
 GATE = 0.95  # share of rollouts that shall finish
@@ -125,7 +125,7 @@ def run(args: Arguments) -> int:
 
 def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Piece]]:
     """The references; what a folder has besides, of other robots or below a gate, is left out and told."""
-    from tracking.repertoire import check_together
+    from tracking.task import check_together
 
     files = [f for path in args.ref for f in (sorted(path.glob("*.npz")) if path.is_dir() else [path])]
     pieces = {file: _piece(file, named=file in args.ref) for file in files}
@@ -169,7 +169,7 @@ def _pieces(args: Arguments, console: Console) -> tuple[RobotModel, list[Piece]]
 
 def _piece(file: Path, *, named: bool) -> Piece | None:
     """A reference; None for a file that is none, which is refused where it was named."""
-    from tracking.repertoire import read_piece
+    from tracking.task import read_piece
 
     try:
         return read_piece(file)

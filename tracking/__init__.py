@@ -52,7 +52,7 @@ _HOME = {
     "ReferenceCheck": "tracking.reference_check",
     "check_reference": "tracking.reference_check",
     **dict.fromkeys(("Measurement", "Motion", "Runner", "motion_of", "onnx_policy"), "tracking.policy.runner"),
-    "TrackingTask": "tracking.task",
+    "TrackingTask": "tracking.task.tracking_task",
     "Run": "tracking.training",
     "train": "tracking.training",
 }

@@ -31,8 +31,7 @@ from tracking.policy import (
     write_contract,
     write_golden,
 )
-from tracking.repertoire import Piece
-from tracking.task import TrackingTask
+from tracking.task import Piece, TrackingTask
 
 _AGREEMENT = 1e-5  # largest difference of onnxruntime and torch
 

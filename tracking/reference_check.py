@@ -9,11 +9,9 @@ import numpy as np
 
 from clips import Reference
 from robot_models import RobotModel
-from tracking.comparison import compare
 from tracking.config import TaskConfig
 from tracking.evaluation import evaluation_task
-from tracking.rewards import beyond_soft_limits, reward_terms
-from tracking.task import TrackingTask
+from tracking.task import TrackingTask, beyond_soft_limits, compare, reward_terms
 
 _STARTS = 64
 _LIMIT_SLACK = 1e-6

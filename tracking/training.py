@@ -20,9 +20,8 @@ from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
 from tracking.export import export_bundle, torch_policy
 from tracking.ppo import Iteration, Trainer
-from tracking.repertoire import Piece, bundle_folder, repertoire_sha256
 from tracking.signals import Signals
-from tracking.task import TrackingTask
+from tracking.task import Piece, TrackingTask, bundle_folder, repertoire_sha256
 from tracking.team import join_team
 
 CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"

@@ -17,7 +17,7 @@ torch = pytest.importorskip("torch")
 from robot_models import load_robot
 from tracking import PpoConfig, RandomisationConfig, TaskConfig, TrainConfig, train
 from tracking.checkpoint import load_checkpoint
-from tracking.repertoire import read_pieces
+from tracking.task.motion_set import read_pieces
 
 INTERVAL = 16 * 8 * 5
 CONFIG = TrainConfig(
@@ -30,7 +30,7 @@ import sys
 from pathlib import Path
 from robot_models import load_robot
 from tracking import train
-from tracking.repertoire import read_pieces
+from tracking.task.motion_set import read_pieces
 sys.path.insert(0, "tests/tracking")
 from test_interruption import CONFIG
 robot = load_robot("dancer")

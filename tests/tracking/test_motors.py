@@ -8,7 +8,7 @@ from robot_models import load_robot
 from tracking.config import RandomisationConfig
 from tracking.engines.actuators import limit_torque_by_speed, servo_gains, torque_limits
 from tracking.engines.mujoco import training_model
-from tracking.randomisation import draw_robots
+from tracking.task.randomisation import draw_robots
 
 KNEE, NO_LOAD = 0.7, 1.1
 

@@ -11,7 +11,7 @@ from retarget import RetargetConfig, retarget
 from robot_models import load_robot
 from tracking import TaskConfig, TrackingError, TrackingTask
 from tracking.config import RandomisationConfig, StartNoise
-from tracking.repertoire import bundle_folder, read_pieces, repertoire_sha256
+from tracking.task.motion_set import bundle_folder, read_pieces, repertoire_sha256
 
 CALM = TaskConfig(randomisation=RandomisationConfig(enabled=False), start_noise=StartNoise(scale=0.0))
 

@@ -13,7 +13,7 @@ from tracking.config import RandomisationConfig
 from tracking.engines.actuators import servo_gains
 from tracking.engines.mujoco import MujocoBatch, training_model
 from tracking.engines.physx import ISAAC, MOTOR, PhysxBatch
-from tracking.randomisation import draw_robots
+from tracking.task.randomisation import draw_robots
 
 PROFILES = pytest.mark.parametrize("profile", [ISAAC, MOTOR], ids=lambda p: p.name)
 

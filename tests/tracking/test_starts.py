@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tracking.config import StartConfig
-from tracking.starts import Starts
+from tracking.task.resets import Starts
 
 DT, FRAMES, OPENING = 0.02, 501, 40
 

@@ -12,7 +12,7 @@ torch = pytest.importorskip("torch")
 
 from robot_models import load_robot
 from tracking import PpoConfig, TrackingError, TrainConfig, train
-from tracking.repertoire import read_pieces
+from tracking.task.motion_set import read_pieces
 from tracking.team import Team, join_team
 
 SMALL = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2)
@@ -27,7 +27,7 @@ import test_team
 from robot_models import load_robot
 from tracking import train
 from tracking.ppo import Trainer
-from tracking.repertoire import read_pieces
+from tracking.task.motion_set import read_pieces
 
 end, trainers = Trainer.iterate, []
 Trainer.iterate = lambda self, kl: (trainers.append(self), end(self, kl))[1]

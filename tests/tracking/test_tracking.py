@@ -17,13 +17,13 @@ from clips import load_reference
 from robot_models import BodyStates, body_states, load_robot
 from robot_models.maths import rotation as rot
 from tracking import TaskConfig, TrackingError, TrackingTask
-from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
 from tracking.config import RandomisationConfig, RewardConfig, TerminationConfig
 from tracking.engines.mujoco import MujocoBatch, training_model
 from tracking.evaluation import evaluate, evaluation_task, wilson
 from tracking.policy.feed_forward import joint_targets
-from tracking.randomisation import Pushes, draw_robots
-from tracking.rewards import action_rate, beyond_soft_limits, closeness, mean_square, reward_terms
+from tracking.task.randomisation import Pushes, draw_robots
+from tracking.task.rewards import action_rate, beyond_soft_limits, closeness, mean_square, reward_terms
+from tracking.task.tracking_errors import ReferenceTables, TrackingErrors, compare, failures
 
 
 @pytest.fixture(scope="module")

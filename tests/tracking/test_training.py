@@ -29,7 +29,7 @@ from tracking.export import contract_of, export_bundle, torch_policy
 from tracking.policy.contract import read_contract
 from tracking.policy.golden_trace import read_golden, replay
 from tracking.ppo import Trainer
-from tracking.repertoire import read_piece
+from tracking.task.motion_set import read_piece
 from tracking.team import Team
 
 SMALL = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2)

@@ -9,9 +9,9 @@ from jaxtyping import Int
 from numpy import ndarray
 
 from robot_models.maths import Array, namespace
-from tracking.comparison import ReferenceTables
 from tracking.config import StartConfig
 from tracking.engines import Chance
+from tracking.task.tracking_errors import ReferenceTables
 
 
 class Starts:

@@ -16,10 +16,10 @@ from numpy import ndarray
 from robot_models import BodyStates, RobotModel
 from robot_models.maths import Array, namespace
 from robot_models.maths import rotation as rot
-from tracking.comparison import ReferenceTables
 from tracking.config import ObservationNoise
 from tracking.engines import Chance
 from tracking.policy import Row
+from tracking.task.tracking_errors import ReferenceTables
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

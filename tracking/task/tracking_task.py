@@ -15,14 +15,14 @@ from clips import Reference
 from robot_models import RobotModel
 from robot_models.maths import Array, in_memory, namespace, remember
 from robot_models.maths import rotation as rot
-from tracking.comparison import ReferenceTables, TrackingErrors, compare, failures
 from tracking.config import TaskConfig
 from tracking.engines import Engine, MujocoBatch
-from tracking.observations import Situation, actor_table, privileged_table
 from tracking.policy import Measurement, joint_targets, target_range
-from tracking.randomisation import Pushes, draw_robots
-from tracking.rewards import beyond_soft_limits, reward_terms
-from tracking.starts import Starts
+from tracking.task.observations import Situation, actor_table, privileged_table
+from tracking.task.randomisation import Pushes, draw_robots
+from tracking.task.resets import Starts
+from tracking.task.rewards import beyond_soft_limits, reward_terms
+from tracking.task.tracking_errors import ReferenceTables, TrackingErrors, compare, failures
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

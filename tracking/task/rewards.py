@@ -8,8 +8,8 @@ from __future__ import annotations
 from jaxtyping import Float
 
 from robot_models.maths import Array, namespace
-from tracking.comparison import TrackingErrors
 from tracking.config import RewardConfig
+from tracking.task.tracking_errors import TrackingErrors
 
 Reward = Float[Array, "N"]
 
