@@ -13,10 +13,19 @@ from tracking.errors import TrackingError
 from tracking.policy import Contract, read_contract
 
 if TYPE_CHECKING:
-    from tracking.conditions import Cell, sweep
     from tracking.dance_env import DanceEnv
     from tracking.engines import ENGINES, engine_names
-    from tracking.evaluation import Evaluation, evaluate, evaluation_task, play, start
+    from tracking.evaluation import (
+        Cell,
+        Evaluation,
+        ReferenceCheck,
+        check_reference,
+        evaluate,
+        evaluation_task,
+        play,
+        start,
+        sweep,
+    )
     from tracking.export import export_bundle
     from tracking.gym_env import DanceTrackingEnv
     from tracking.policy import (
@@ -31,26 +40,25 @@ if TYPE_CHECKING:
         read_golden,
         replay,
     )
-    from tracking.reference_check import ReferenceCheck, check_reference
     from tracking.task import TrackingTask
     from tracking.training import Run, train
 
 _HOME = {
     **dict.fromkeys(("ENGINES", "engine_names"), "tracking.engines.registry"),
     **dict.fromkeys(("read_golden", "replay"), "tracking.policy.golden_trace"),
-    **dict.fromkeys(("Cell", "sweep"), "tracking.conditions"),
+    **dict.fromkeys(("Cell", "sweep"), "tracking.evaluation.condition_sweep"),
     "Bundle": "tracking.policy.bundle",
     "load_bundle": "tracking.policy.bundle",
     "DanceEnv": "tracking.dance_env",
-    "Evaluation": "tracking.evaluation",
-    "evaluate": "tracking.evaluation",
-    "evaluation_task": "tracking.evaluation",
+    "Evaluation": "tracking.evaluation.rollouts",
+    "evaluate": "tracking.evaluation.rollouts",
+    "evaluation_task": "tracking.evaluation.rollouts",
     "check_contract": "tracking.policy.bundle",
     "export_bundle": "tracking.export",
-    **dict.fromkeys(("play", "start"), "tracking.evaluation"),
+    **dict.fromkeys(("play", "start"), "tracking.evaluation.rollouts"),
     "DanceTrackingEnv": "tracking.gym_env",
-    "ReferenceCheck": "tracking.reference_check",
-    "check_reference": "tracking.reference_check",
+    "ReferenceCheck": "tracking.evaluation.reference_check",
+    "check_reference": "tracking.evaluation.reference_check",
     **dict.fromkeys(("Measurement", "Motion", "Runner", "motion_of", "onnx_policy"), "tracking.policy.runner"),
     "TrackingTask": "tracking.task.tracking_task",
     "Run": "tracking.training",

@@ -69,11 +69,13 @@ def test_engines_stand_side_by_side_and_an_unknown_one_is_refused(tmp_path, caps
 def test_a_sweep_is_a_table_a_file_and_a_picture(tmp_path, monkeypatch, capsys):
     pytest.importorskip("sapien")
     pytest.importorskip("matplotlib")
-    import tracking.conditions
+    import tracking.evaluation.condition_sweep
 
     kept = ("nominal", "delay 40 ms", "friction 0.3")
     monkeypatch.setattr(
-        tracking.conditions.sweep, "__kwdefaults__", {**tracking.conditions.sweep.__kwdefaults__, "conditions": kept}
+        tracking.evaluation.condition_sweep.sweep,
+        "__kwdefaults__",
+        {**tracking.evaluation.condition_sweep.sweep.__kwdefaults__, "conditions": kept},
     )
     words = ["groove-dancer", "--sweep", "--rollouts", "2", "--engine", "all", "--jobs", "2"]
     cli.evaluate.main([*words, "--json", str(tmp_path / "s.json"), "--picture", str(tmp_path / "s.png")])

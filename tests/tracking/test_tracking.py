@@ -19,7 +19,7 @@ from robot_models.maths import rotation as rot
 from tracking import TaskConfig, TrackingError, TrackingTask
 from tracking.config import RandomisationConfig, RewardConfig, TerminationConfig
 from tracking.engines.mujoco import MujocoBatch, training_model
-from tracking.evaluation import evaluate, evaluation_task, wilson
+from tracking.evaluation.rollouts import evaluate, evaluation_task, wilson
 from tracking.policy.feed_forward import joint_targets
 from tracking.task.randomisation import Pushes, draw_robots
 from tracking.task.rewards import action_rate, beyond_soft_limits, closeness, mean_square, reward_terms

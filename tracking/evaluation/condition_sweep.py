@@ -9,7 +9,7 @@ from typing import Any
 
 from tracking.config import ObservationNoise, RandomisationConfig, TaskConfig
 from tracking.engines import ENGINES
-from tracking.evaluation import Evaluation, evaluate, evaluation_task
+from tracking.evaluation.rollouts import Evaluation, evaluate, evaluation_task
 from tracking.policy import load_bundle
 
 NOMINAL = RandomisationConfig(

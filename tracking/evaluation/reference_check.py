@@ -10,7 +10,7 @@ import numpy as np
 from clips import Reference
 from robot_models import RobotModel
 from tracking.config import TaskConfig
-from tracking.evaluation import evaluation_task
+from tracking.evaluation.rollouts import evaluation_task
 from tracking.task import TrackingTask, beyond_soft_limits, compare, reward_terms
 
 _STARTS = 64

@@ -1,0 +1,17 @@
+"""How well a policy performs: rollouts of the whole dance, one condition after another, and what a reference is worth."""
+
+from tracking.evaluation.condition_sweep import Cell, sweep
+from tracking.evaluation.reference_check import ReferenceCheck, check_reference
+from tracking.evaluation.rollouts import Evaluation, evaluate, evaluation_task, play, start
+
+__all__ = [
+    "Cell",
+    "Evaluation",
+    "ReferenceCheck",
+    "check_reference",
+    "evaluate",
+    "evaluation_task",
+    "play",
+    "start",
+    "sweep",
+]
