@@ -67,7 +67,7 @@ def cuda_device() -> str | None:
 def measure(robot: Any, reference: Any, worlds: int, device: str | None) -> tuple[int, dict[str, float], float]:
     """Control steps, seconds by part, seconds in all."""
     from tracking.engines import WarpBatch
-    from tracking.ppo import Trainer
+    from tracking.training import Trainer
 
     config = replace(TrainConfig(), envs=worlds)
     task = TrackingTask(

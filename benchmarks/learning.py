@@ -14,8 +14,7 @@ import json
 from pathlib import Path
 
 from tracking import TaskConfig, evaluate, evaluation_task, load_bundle
-from tracking.checkpoint import load_checkpoint
-from tracking.training import CHECKPOINT, CURVES
+from tracking.training import CHECKPOINT, CURVES, load_checkpoint
 
 GATE = 0.95
 

@@ -82,7 +82,7 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Load, train, report."""
     from tracking import check_reference, train
-    from tracking.team import started_by_torchrun
+    from tracking.training import started_by_torchrun
 
     together, follows = started_by_torchrun()
     console = Console(highlight=False, soft_wrap=True, quiet=follows)

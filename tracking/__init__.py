@@ -26,7 +26,6 @@ if TYPE_CHECKING:
         start,
         sweep,
     )
-    from tracking.export import export_bundle
     from tracking.gym_env import DanceTrackingEnv
     from tracking.policy import (
         Bundle,
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
         replay,
     )
     from tracking.task import TrackingTask
-    from tracking.training import Run, train
+    from tracking.training import Run, export_bundle, train
 
 _HOME = {
     **dict.fromkeys(("ENGINES", "engine_names"), "tracking.engines.registry"),
@@ -54,15 +53,15 @@ _HOME = {
     "evaluate": "tracking.evaluation.rollouts",
     "evaluation_task": "tracking.evaluation.rollouts",
     "check_contract": "tracking.policy.bundle",
-    "export_bundle": "tracking.export",
+    "export_bundle": "tracking.training.actor_export",
     **dict.fromkeys(("play", "start"), "tracking.evaluation.rollouts"),
     "DanceTrackingEnv": "tracking.gym_env",
     "ReferenceCheck": "tracking.evaluation.reference_check",
     "check_reference": "tracking.evaluation.reference_check",
     **dict.fromkeys(("Measurement", "Motion", "Runner", "motion_of", "onnx_policy"), "tracking.policy.runner"),
     "TrackingTask": "tracking.task.tracking_task",
-    "Run": "tracking.training",
-    "train": "tracking.training",
+    "Run": "tracking.training.run",
+    "train": "tracking.training.run",
 }
 
 __all__ = [

@@ -16,8 +16,8 @@ torch = pytest.importorskip("torch")
 
 from robot_models import load_robot
 from tracking import PpoConfig, RandomisationConfig, TaskConfig, TrainConfig, train
-from tracking.checkpoint import load_checkpoint
 from tracking.task.motion_set import read_pieces
+from tracking.training.checkpoint import load_checkpoint
 
 INTERVAL = 16 * 8 * 5
 CONFIG = TrainConfig(

@@ -13,7 +13,7 @@ torch = pytest.importorskip("torch")
 from robot_models import load_robot
 from tracking import PpoConfig, TrackingError, TrainConfig, train
 from tracking.task.motion_set import read_pieces
-from tracking.team import Team, join_team
+from tracking.training.distributed import Team, join_team
 
 SMALL = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2)
 QUICK = TrainConfig(envs=16, steps=16 * 8 * 4, evaluate_every=16 * 8 * 2, rollouts=2, threads=1, ppo=SMALL)
@@ -26,7 +26,7 @@ sys.path.insert(0, "tests/tracking")
 import test_team
 from robot_models import load_robot
 from tracking import train
-from tracking.ppo import Trainer
+from tracking.training.ppo import Trainer
 from tracking.task.motion_set import read_pieces
 
 end, trainers = Trainer.iterate, []

@@ -22,15 +22,15 @@ from tracking import (
     motion_of,
     onnx_policy,
     train,
-    training,
 )
-from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
-from tracking.export import contract_of, export_bundle, torch_policy
 from tracking.policy.contract import read_contract
 from tracking.policy.golden_trace import read_golden, replay
-from tracking.ppo import Trainer
 from tracking.task.motion_set import read_piece
-from tracking.team import Team
+from tracking.training import run as training
+from tracking.training.actor_export import contract_of, export_bundle, torch_policy
+from tracking.training.checkpoint import load_checkpoint, restore, save_checkpoint
+from tracking.training.distributed import Team
+from tracking.training.ppo import Trainer
 
 SMALL = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2)
 CONFIG = TrainConfig(envs=16, steps=16 * 8 * 6, evaluate_every=16 * 8 * 3, rollouts=2, threads=1, ppo=SMALL)
@@ -212,7 +212,7 @@ def test_a_contract_that_does_not_fit_is_refused_by_the_number_that_differs(refe
 
 
 def test_updates_become_smaller_with_time_and_with_success(tmp_path):
-    from tracking.training import Run, _wanted_kl
+    from tracking.training.run import Run, _wanted_kl
 
     c = PpoConfig()
     at = [

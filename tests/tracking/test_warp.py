@@ -15,7 +15,7 @@ from robot_models import load_robot
 from robot_models.maths.arrays import in_memory
 from tracking import TrackingError, TrackingTask, TrainConfig
 from tracking.engines.warp import WarpBatch
-from tracking.ppo import Trainer
+from tracking.training.ppo import Trainer
 
 CPU = partial(WarpBatch, device="cpu")
 WORLDS, STARTS = 4, (50, 110, 170, 230)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from clips import write_whole
-from tracking.ppo import Iteration
+from tracking.training.ppo import Iteration
 
 
 def write_curves(path: Path, rows: Sequence[Mapping[str, float]]) -> None:

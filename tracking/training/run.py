@@ -12,17 +12,17 @@ from pathlib import Path
 import numpy as np
 
 from robot_models import RobotModel
-from tracking.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.config import PpoConfig, TrainConfig
-from tracking.curves import TensorBoard, write_curves
 from tracking.engines import training_engine
 from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
-from tracking.export import export_bundle, torch_policy
-from tracking.ppo import Iteration, Trainer
-from tracking.signals import Signals
 from tracking.task import Piece, TrackingTask, bundle_folder, repertoire_sha256
-from tracking.team import join_team
+from tracking.training.actor_export import export_bundle, torch_policy
+from tracking.training.checkpoint import load_checkpoint, restore, save_checkpoint
+from tracking.training.curves import TensorBoard, write_curves
+from tracking.training.distributed import join_team
+from tracking.training.ppo import Iteration, Trainer
+from tracking.training.stop_signals import Signals
 
 CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"
 _APART = 10_000  # between the seeds of the processes of a team

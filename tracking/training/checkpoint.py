@@ -14,7 +14,7 @@ from clips import write_whole
 from robot_models.maths import in_memory
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
-from tracking.ppo import Trainer
+from tracking.training.ppo import Trainer
 
 FORMAT_VERSION = 2
 

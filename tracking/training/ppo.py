@@ -19,7 +19,7 @@ from tensordict import TensorDict
 from robot_models.maths import Array, in_memory, namespace
 from tracking.config import PpoConfig
 from tracking.task import StepResult, TrackingTask
-from tracking.team import Team
+from tracking.training.distributed import Team
 
 Actor = Any  # rsl_rl.models.MLPModel
 
