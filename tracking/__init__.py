@@ -13,8 +13,8 @@ from tracking.errors import TrackingError
 from tracking.policy import Contract, read_contract
 
 if TYPE_CHECKING:
-    from tracking.dance_env import DanceEnv
     from tracking.engines import ENGINES, engine_names
+    from tracking.envs import DanceEnv, DanceTrackingEnv
     from tracking.evaluation import (
         Cell,
         Evaluation,
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
         start,
         sweep,
     )
-    from tracking.gym_env import DanceTrackingEnv
     from tracking.policy import (
         Bundle,
         Measurement,
@@ -48,14 +47,14 @@ _HOME = {
     **dict.fromkeys(("Cell", "sweep"), "tracking.evaluation.condition_sweep"),
     "Bundle": "tracking.policy.bundle",
     "load_bundle": "tracking.policy.bundle",
-    "DanceEnv": "tracking.dance_env",
+    "DanceEnv": "tracking.envs.dance_env",
     "Evaluation": "tracking.evaluation.rollouts",
     "evaluate": "tracking.evaluation.rollouts",
     "evaluation_task": "tracking.evaluation.rollouts",
     "check_contract": "tracking.policy.bundle",
     "export_bundle": "tracking.training.actor_export",
     **dict.fromkeys(("play", "start"), "tracking.evaluation.rollouts"),
-    "DanceTrackingEnv": "tracking.gym_env",
+    "DanceTrackingEnv": "tracking.envs.tracking_env",
     "ReferenceCheck": "tracking.evaluation.reference_check",
     "check_reference": "tracking.evaluation.reference_check",
     **dict.fromkeys(("Measurement", "Motion", "Runner", "motion_of", "onnx_policy"), "tracking.policy.runner"),

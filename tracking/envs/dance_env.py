@@ -19,7 +19,7 @@ from robot_models import load_robot
 from robot_models.maths import rotation as rot
 from tracking.config import RandomisationConfig
 from tracking.engines import MujocoBatch
-from tracking.screen import MODES, Screen
+from tracking.envs.viewer import MODES, Screen
 from tracking.task import draw_robots
 
 FALLEN = 0.6  # of the root [m]

@@ -13,7 +13,7 @@ from numpy import ndarray
 from clips import load_reference
 from robot_models import load_robot
 from tracking.config import TaskConfig
-from tracking.screen import MODES, Screen
+from tracking.envs.viewer import MODES, Screen
 from tracking.task import TrackingTask
 
 
