@@ -24,7 +24,7 @@ from clips import write_whole
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
-    from tracking.deploy.perform import Performance
+    from tracking.deploy import Performance
 
 _FALLEN = 0.5  # of the default height of the root
 
@@ -117,10 +117,7 @@ def _check(args: Arguments) -> None:
 
 def _perform(args: Arguments, console: Console) -> Performance:
     from tracking import read_golden, replay
-    from tracking.deploy.guard import Guard
-    from tracking.deploy.perform import perform
-    from tracking.deploy.stages import Controller, Stage, StageConfig
-    from tracking.deploy.wire import MOTORS, ControllerWire
+    from tracking.deploy import MOTORS, Controller, ControllerWire, Guard, Stage, StageConfig, perform
     from tracking.policy import GOLDEN, read_runner
 
     folder, runner = read_runner(args.bundle)
@@ -171,7 +168,7 @@ class _Talk:
 
     def complaints(self) -> int:
         """Messages that the SDK dropped for their CRC, at both ends."""
-        from tracking.deploy.wire import CRC_COMPLAINT
+        from tracking.deploy import CRC_COMPLAINT
 
         files = (self.file, *self.file.parent.glob("robot*.txt"))
         return sum(f.read_text(errors="replace").count(CRC_COMPLAINT) for f in files)
@@ -194,7 +191,7 @@ def _sdk_talk(path: Path) -> Iterator[_Talk]:
 @contextlib.contextmanager
 def _rehearsal_robot(at: Path) -> Iterator[None]:
     """The simulated robot's process, for as long as the block lasts."""
-    from tracking.deploy.rehearsal import run_robot
+    from tracking.deploy import run_robot
 
     fresh = multiprocessing.get_context("spawn")
     stop = fresh.Event()

@@ -17,7 +17,7 @@ from robot_models import load_robot
 from robot_models.maths import rotation as rot
 from tracking import TrackingError
 from tracking.deploy.guard import Command, Guard, GuardConfig, State
-from tracking.deploy.perform import perform
+from tracking.deploy.loop import perform
 from tracking.deploy.rehearsal import _Body
 from tracking.deploy.stages import Controller, Stage, StageConfig
 from tracking.policy.bundle import read_runner
@@ -243,7 +243,7 @@ def test_a_dry_run_sends_nothing(runner):
 
 
 def test_a_wire_without_a_robot_is_an_error_with_the_cure(runner, monkeypatch):
-    import tracking.deploy.perform as module
+    import tracking.deploy.loop as module
 
     class Silent:
         def read(self):
@@ -272,9 +272,9 @@ def test_what_could_move_a_robot_by_mistake_is_refused(words, said, capsys):
 def test_a_missing_file_is_an_error_before_any_wire_is_opened(gone, tmp_path, folder_and_runner, monkeypatch, capsys):
     import shutil
 
-    import tracking.deploy.wire
+    import tracking.deploy.transport
 
-    monkeypatch.setattr(tracking.deploy.wire, "_interface", lambda name: pytest.fail("a wire was opened"))
+    monkeypatch.setattr(tracking.deploy.transport, "_interface", lambda name: pytest.fail("a wire was opened"))
     shutil.copytree(folder_and_runner[0], tmp_path / "b")
     (tmp_path / "b" / gone).unlink()
     assert cli.deploy.main([str(tmp_path / "b")]) == 2

@@ -113,7 +113,7 @@ def test_a_bundle_opens_where_the_training_packages_are_not(door):
     script = f"""
 import sys
 sys.modules |= dict.fromkeys(("torch", "rsl_rl", "tensordict", "gymnasium", "onnx"))
-import tracking.deploy.perform, tracking.deploy.stages
+import tracking.deploy.loop, tracking.deploy.stages
 from tracking.policy.bundle import load_bundle, read_runner
 from pathlib import Path
 {door}(Path({str(FOLDER)!r}))

@@ -40,7 +40,7 @@ class SensorNoise:
 
 def run_robot(robot_name: str, log: Path, stop: Event, seed: int = 0) -> None:
     """Be the robot until told to stop; then write what happened to `log`.npz, and what the SDK said to `log`.txt."""
-    from tracking.deploy.wire import RobotWire
+    from tracking.deploy.transport import RobotWire
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the controller's to answer
     with open(log.with_suffix(".txt"), "wb") as talk:
