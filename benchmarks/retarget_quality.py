@@ -74,7 +74,7 @@ def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, re
     ours, rate = timed(lambda: retarget(clip, robot, config), source.frames)
     judged = {m.name: m for m in ours.report.metrics}
     if recordings is not None:
-        from cli.show import save_comparison
+        from cli.recordings import save_comparison
 
         both = {"loop B": baseline, "whole clip": ours.reference}
         save_comparison(recordings / f"{path.stem}_{robot.name}.rrd", robot, source, both)

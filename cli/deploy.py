@@ -259,7 +259,7 @@ def _numbers(performance: Performance, bad: int, rehearsed: Rehearsed | None) ->
 
 
 def _record(args: Arguments, rehearsed: Rehearsed, told: dict[str, Any]) -> None:
-    from cli.show import save_rehearsal
+    from cli.recordings import save_rehearsal
     from robot_models import load_robot
 
     rows = "\n".join(f"| {name} | {value} |" for name, value in told.items())

@@ -102,7 +102,7 @@ def run(args: Arguments) -> int:
         told: dict[str, Any] = {name: result.as_dict() for name, result in results.items()}
         _write(args.json, json.dumps(told if len(told) > 1 else next(iter(told.values())), indent=1), console)
     if args.recording is not None:
-        from cli.show import save_rollouts
+        from cli.recordings import save_rollouts
 
         rule = "|---" * len(lines[0]) + "|"
         rows = [f"| {' | '.join(line)} |" for line in lines]
@@ -178,7 +178,7 @@ def _sweep(args: Arguments, engines: tuple[str, ...], console: Console) -> int:
     if args.json is not None:
         _write(args.json, json.dumps([cell.as_dict() for cell in cells], indent=1), console)
     if args.picture is not None:
-        from cli.chart import save_sweep
+        from cli.recordings import save_sweep
 
         save_sweep(args.picture, by_condition(cells), engines, f"{args.bundle.name}: rollouts that finish [%]")
         console.print(f"wrote {args.picture}", markup=False)

@@ -141,7 +141,7 @@ def _live(show: Show) -> int:
 
 
 def _film(show: Show, args: Arguments) -> int:
-    from cli.film import write_film
+    from cli.recordings import write_film
 
     with progress("frames") as tell:
         return write_film(

@@ -135,7 +135,7 @@ def run(args: Arguments) -> int:
         write_contacts(result.contacts, result.reference.fps, args.write_contacts)
         written.append(args.write_contacts)
     if args.recording:
-        from cli.show import save_retargeting
+        from cli.recordings import save_retargeting
 
         written.append(out.with_suffix(".rrd"))
         save_retargeting(written[-1], result)

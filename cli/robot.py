@@ -148,8 +148,7 @@ def _write(path: Path, text: str) -> None:
 
 def _check(robot: RobotModel, folder: Path, console: Console) -> int:
     """Stand, dance, and say what to mend."""
-    from cli.show import save_retargeting
-    from cli.still import save_still
+    from cli.recordings import save_retargeting, save_still
 
     stood = standing_seconds(robot)
     console.print(

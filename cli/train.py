@@ -208,7 +208,7 @@ def _config(args: Arguments) -> TrainConfig:
 
 def _record(path: Path, robot: RobotModel, pieces: list[Piece], result: Run) -> None:
     """The curves, and the policy beside its ghost: of several pieces in the one that finishes least often."""
-    from cli.show import save_rollouts
+    from cli.recordings import save_rollouts
 
     if not result.evaluations:
         return

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy import ndarray
 
-from cli.film import Bone, Stage
+from cli.recordings.film import Bone, Stage
 from clips import HumanClip, aside
 from retarget import Retargeted
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy import ndarray
 
-from cli import scene
+from cli.recordings import scene
 from clips import HumanClip, Reference
 from retarget import Retargeted
 from robot_models import RobotModel, visual_parts
