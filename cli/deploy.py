@@ -21,7 +21,7 @@ from rich.console import Console
 
 from cli.terminal import BELOW_GATE, DONE, ClipPath, command
 from clips import write_whole
-from tracking.errors import TrackingError
+from tracking import TrackingError
 
 if TYPE_CHECKING:
     from tracking.deploy import Performance

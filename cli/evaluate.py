@@ -14,7 +14,7 @@ from rich.table import Table
 from cli.terminal import BELOW_GATE, DONE, ClipPath, command, progress
 from cli.train import GATE
 from clips import write_whole
-from tracking.errors import TrackingError
+from tracking import TrackingError
 
 if TYPE_CHECKING:
     from tracking import Cell, Evaluation

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from cli.terminal import DONE, ClipPath, Out, command
-from tracking.errors import TrackingError
+from tracking import TrackingError
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -86,8 +86,7 @@ def _reference(args: Arguments) -> Show:
 
 def _policy(args: Arguments) -> Show:
     """The policy on its nominal robot, with noisy sensors, from the first frame of the lead-in."""
-    from tracking import TaskConfig, TrackingTask, evaluation_task, load_bundle, play, start
-    from tracking.config import StartNoise
+    from tracking import StartNoise, TaskConfig, TrackingTask, evaluation_task, load_bundle, play, start
 
     bundle = load_bundle(args.what, robot=args.robot)
     calm = TaskConfig(start_noise=StartNoise(scale=0.0))

@@ -12,8 +12,7 @@ from rich.table import Table
 
 from cli.terminal import BELOW_GATE, DONE, REFUSED, Out, command, progress
 from robot_models import DanceError, RobotModel, load_robot
-from tracking.config import TrainConfig
-from tracking.errors import TrackingError
+from tracking import TrackingError, TrainConfig
 
 if TYPE_CHECKING:
     from tracking import ReferenceCheck

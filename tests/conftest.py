@@ -15,8 +15,9 @@ import pytest
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 
-SAMPLES = Path(__file__).parent.parent / "clips" / "samples"
-SHARED = Path(__file__).parent.parent.parent / "shared" / "clips"
+ROOT = Path(__file__).parent.parent
+SAMPLES = ROOT / "clips" / "samples"
+SHARED = ROOT.parent / "shared" / "clips"
 
 
 @pytest.fixture

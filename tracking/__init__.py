@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from tracking.config import PpoConfig, RandomisationConfig, RewardConfig, TaskConfig, TerminationConfig, TrainConfig
 from tracking.errors import TrackingError
-from tracking.policy import Contract, read_contract
 
 if TYPE_CHECKING:
     from tracking.engines import ENGINES, engine_names
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     )
     from tracking.policy import (
         Bundle,
+        Contract,
         Measurement,
         Motion,
         Runner,
@@ -35,33 +35,27 @@ if TYPE_CHECKING:
         load_bundle,
         motion_of,
         onnx_policy,
+        read_contract,
         read_golden,
         replay,
     )
     from tracking.task import TrackingTask
     from tracking.training import Run, export_bundle, train
 
-_HOME = {
-    **dict.fromkeys(("ENGINES", "engine_names"), "tracking.engines.registry"),
-    **dict.fromkeys(("read_golden", "replay"), "tracking.policy.golden_trace"),
-    **dict.fromkeys(("Cell", "sweep"), "tracking.evaluation.condition_sweep"),
-    "Bundle": "tracking.policy.bundle",
-    "load_bundle": "tracking.policy.bundle",
-    "DanceEnv": "tracking.envs.dance_env",
-    "Evaluation": "tracking.evaluation.rollouts",
-    "evaluate": "tracking.evaluation.rollouts",
-    "evaluation_task": "tracking.evaluation.rollouts",
-    "check_contract": "tracking.policy.bundle",
-    "export_bundle": "tracking.training.actor_export",
-    **dict.fromkeys(("play", "start"), "tracking.evaluation.rollouts"),
-    "DanceTrackingEnv": "tracking.envs.tracking_env",
-    "ReferenceCheck": "tracking.evaluation.reference_check",
-    "check_reference": "tracking.evaluation.reference_check",
-    **dict.fromkeys(("Measurement", "Motion", "Runner", "motion_of", "onnx_policy"), "tracking.policy.runner"),
-    "TrackingTask": "tracking.task.tracking_task",
-    "Run": "tracking.training.run",
-    "train": "tracking.training.run",
-}
+_ROOMS = {
+    "engines": ("ENGINES", "engine_names"),
+    "envs": ("DanceEnv", "DanceTrackingEnv"),
+    "evaluation": (
+        "Cell", "Evaluation", "ReferenceCheck", "check_reference", "evaluate", "evaluation_task", "play", "start", "sweep",
+    ),
+    "policy": (
+        "Bundle", "Contract", "Measurement", "Motion", "Runner", "check_contract", "load_bundle", "motion_of", "onnx_policy",
+        "read_contract", "read_golden", "replay",
+    ),
+    "task": ("TrackingTask",),
+    "training": ("Run", "export_bundle", "train"),
+}  # fmt: skip
+_ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
 
 __all__ = [
     "ENGINES",
@@ -104,10 +98,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name not in _ROOM_OF:
         raise AttributeError(f"module 'tracking' has no attribute '{name}'")
     try:
-        return getattr(import_module(_HOME[name]), name)
+        return getattr(import_module(f"tracking.{_ROOM_OF[name]}"), name)
     except ModuleNotFoundError as e:
         raise TrackingError(
             f"tracking.{name}", found=f"no package {e.name}", expected="the training extra",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clips import write_whole
-from tracking.errors import TrackingError
+from tracking import TrackingError
 
 if TYPE_CHECKING:
     from tracking import Cell

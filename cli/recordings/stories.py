@@ -114,8 +114,7 @@ def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references
 
     The references' contact labels decide what touches: give all of them the source's.
     """
-    from retarget.config import Gates
-    from retarget.report import measure
+    from retarget import Gates, measure
 
     first = next(iter(references.values()))
     with scene.recording(path, f"{robot.name}: {' | '.join(references)}") as log:

@@ -5,16 +5,14 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SAMPLES
+from conftest import ROOT, SAMPLES
 
 from clips import load_reference
 from robot_models import load_robot
 
-ROOT = Path(__file__).parents[2]
 RUN = [sys.executable, "-c", "import sys; from cli.retarget import main; sys.exit(main(sys.argv[1:]))"]
 SHORT = ["--end", "3", "--lead-in", "0.5", "--lead-out", "0.5"]
 

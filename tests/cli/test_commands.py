@@ -3,11 +3,10 @@
 import json
 import re
 import shlex
-from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SAMPLES
+from conftest import ROOT, SAMPLES
 
 import cli.convert
 import cli.deploy
@@ -21,7 +20,6 @@ import cli.robot
 import cli.train
 import cli.verify
 
-ROOT = Path(__file__).parent.parent.parent
 COMMANDS = {
     "dance-retarget": cli.retarget.main,
     "dance-inspect": cli.inspect.main,

@@ -1,4 +1,4 @@
-"""Coverage-guided fuzzing of the readers: `python tests/clips/fuzz_readers.py SEEDS.../ -max_total_time=600`.
+"""Coverage-guided fuzzing of the readers: `python tests/clips/readers/fuzz_readers.py SEEDS.../ -max_total_time=600`.
 
 Arguments are libFuzzer's: folders of seeds first (new finds are kept in the first), then flags. A traceback that is no
 refusal, ten seconds without an answer, or over a gigabyte of memory ends the run and leaves the input as crash-*.

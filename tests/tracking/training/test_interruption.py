@@ -7,9 +7,9 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
+from conftest import ROOT
 
 torch = pytest.importorskip("torch")
 
@@ -31,7 +31,7 @@ from pathlib import Path
 from robot_models import load_robot
 from tracking import train
 from tracking.task.motion_set import read_pieces
-sys.path.insert(0, "tests/tracking")
+sys.path[:0] = ["tests", "tests/tracking/training"]
 from test_interruption import CONFIG
 robot = load_robot("dancer")
 run = train(robot, read_pieces([Path(sys.argv[1])], robot), Path(sys.argv[2]), CONFIG)
@@ -43,7 +43,7 @@ def begin(groove_file, folder, rows):
     """A run in another process, once it has written so many rows of its curves."""
     child = subprocess.Popen(
         [sys.executable, "-c", CHILD, str(groove_file), str(folder)],
-        cwd=Path(__file__).parents[2], stdout=subprocess.PIPE, text=True,
+        cwd=ROOT, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     end = time.monotonic() + 60.0
     while time.monotonic() < end and child.poll() is None:

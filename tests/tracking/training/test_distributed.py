@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from conftest import ROOT
 
 torch = pytest.importorskip("torch")
 
@@ -22,7 +23,7 @@ LEARNING = TrainConfig(steps=250_000, evaluate_every=125_000, rollouts=32)
 CHILD = """
 import hashlib, json, os, sys
 from pathlib import Path
-sys.path.insert(0, "tests/tracking")
+sys.path[:0] = ["tests", "tests/tracking/training"]
 import test_team
 from robot_models import load_robot
 from tracking import train
@@ -51,7 +52,7 @@ def together(groove_file, folder, config, resume="no", processes=2):
     subprocess.run(
         [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", str(processes),
          str(script), str(groove_file), str(folder), config, resume],
-        cwd=Path(__file__).parents[2], check=True, capture_output=True, timeout=500,
+        cwd=ROOT, check=True, capture_output=True, timeout=500,
     )  # fmt: skip
     return [json.loads(Path(f"{folder}.{rank}.json").read_text()) for rank in range(processes)]
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import hostile
 import pytest
+from conftest import ROOT
 
 from robot_models import RobotError, load_robot
 from robot_models.profile import PROFILES
@@ -48,7 +49,7 @@ def test_every_hostile_file_is_refused_in_time_and_memory(tmp_path):
     cwd.mkdir()
     told = subprocess.run(
         [sys.executable, "-c", JUDGE, str(tmp_path)], capture_output=True, text=True, check=True, timeout=300, cwd=cwd,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     lines = [line.split() for line in told.stdout.splitlines()]
     assert len(lines) == len(good)

@@ -119,7 +119,7 @@ def test_any_acclaim(tmp_path_factory, words):
 @pytest.mark.parametrize("kind", ["bvh", "pkl", "npz", "csv"])
 def test_coverage_guided_fuzzing_finds_nothing_in_fifteen_seconds(kind, tmp_path, groove):
     pytest.importorskip("atheris")
-    from conftest import SAMPLES
+    from conftest import ROOT, SAMPLES
 
     from clips import cut, save_reference
     from clips.writers import LAYOUTS, write_motion
@@ -138,7 +138,7 @@ def test_coverage_guided_fuzzing_finds_nothing_in_fifteen_seconds(kind, tmp_path
     done = subprocess.run(
         [sys.executable, str(fuzzer), str(found), str(seeds), "-max_total_time=15", f"-artifact_prefix={tmp_path}/"],
         capture_output=True, text=True, timeout=200, check=False,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2]), "FUZZ_SUFFIX": f".{kind}"},
+        env=os.environ | {"PYTHONPATH": str(ROOT), "FUZZ_SUFFIX": f".{kind}"},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-3000:]
     assert "Done" in done.stderr

@@ -1,4 +1,4 @@
-"""Makes files that nobody should open: `python tests/clips/hostile.py FOLDER`. The tests make them for themselves."""
+"""Makes files that nobody should open: `python tests/clips/readers/hostile.py FOLDER`. The tests make them for themselves."""
 
 from __future__ import annotations
 
