@@ -1,10 +1,9 @@
 """Recorded motion: read, recognise, check, resample; the `Clip` and `Reference` types and their files."""
 
-from clips.clip import OPTIONAL, REQUIRED, Clip, HumanClip, RobotClip
+from clips.clip import OPTIONAL, REQUIRED, Clip, HumanClip, RobotClip, full_qpos
 from clips.edit import at_speed, cut, mirrored, repaired, resample, warped
 from clips.errors import ClipError, ReferenceFileError
 from clips.files import OutputError, aside, write_whole
-from clips.identify import full_qpos
 from clips.provenance import ClipSource, Finding, ReadOptions, Repair
 from clips.readers import read_clip
 from clips.reference import (

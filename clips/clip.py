@@ -12,6 +12,7 @@ from numpy import ndarray
 
 from clips.errors import ClipError
 from clips.provenance import ClipSource
+from robot_models import RobotModel
 
 REQUIRED = tuple(f"{s}_{p}" for s in ("left", "right") for p in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"))
 OPTIONAL = ("pelvis", "chest", "neck", "head", "left_toe", "right_toe")
@@ -104,6 +105,14 @@ class RobotClip:
 
 
 Clip = HumanClip | RobotClip
+
+
+def full_qpos(clip: RobotClip, robot: RobotModel) -> Float[ndarray, "T nq"]:
+    """qpos of a robot clip in the robot's joint order; joints that the clip lacks stand at the default pose."""
+    qpos = np.tile(robot.default_qpos, (clip.frames, 1))
+    qpos[:, :3], qpos[:, 3:7] = clip.root_pos, clip.root_quat
+    qpos[:, [7 + robot.joint(n) for n in clip.joint_names]] = clip.joint_pos
+    return qpos
 
 
 def _check_time(clip: Any) -> None:

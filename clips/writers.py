@@ -11,11 +11,11 @@ from typing import IO, Any
 import numpy as np
 from numpy import ndarray
 
-from clips.clip import RobotClip
+from clips.clip import RobotClip, full_qpos
 from clips.edit import resample
 from clips.errors import ClipError
 from clips.files import write_whole
-from clips.identify import breadth_first, full_qpos
+from clips.identify import breadth_first
 from clips.reference import FREE, Reference, make_reference
 from robot_models import RobotModel
 from robot_models.maths import rotation as rot

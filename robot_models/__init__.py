@@ -5,7 +5,15 @@ from robot_models.catalogue import DEFAULT_ROBOT, find_profile, installed, load_
 from robot_models.errors import DanceError, RobotError
 from robot_models.geometry import body_geoms, lowest_point, self_collision_depth
 from robot_models.jacobians import Kinematics, ancestors, forces, integrate, kinematics, moved
-from robot_models.kinematics import BodyStates, body_states, forward_kinematics, joint_axes, sole_corners, sole_edges
+from robot_models.kinematics import (
+    BodyStates,
+    body_states,
+    forward_kinematics,
+    joint_axes,
+    leg_length,
+    sole_corners,
+    sole_edges,
+)
 from robot_models.model import CONTACT_NAMES, RobotModel
 from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_text
 from robot_models.profile import FEET, LANDMARKS, RobotProfile, Sole, read_profile
@@ -35,6 +43,7 @@ __all__ = [
     "integrate",
     "joint_axes",
     "kinematics",
+    "leg_length",
     "load_robot",
     "lowest_point",
     "moved",

@@ -13,6 +13,7 @@ from numpy import ndarray
 from robot_models.maths import Array
 from robot_models.maths import rotation as rot
 from robot_models.model import RobotModel
+from robot_models.profile import FEET
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -143,3 +144,11 @@ def sole_edges(
     """World positions of left heel, left toe, right heel, right toe: middles of the soles' edges [m]."""
     corners = sole_corners(robot, body_pos_w, body_quat_w)
     return corners.reshape(len(corners), 4, 2, 3).mean(axis=2)
+
+
+@lru_cache(maxsize=16)
+def leg_length(robot: RobotModel) -> float:
+    """Hip to knee to ankle along the zero pose [m], mean of both legs."""
+    pos, _ = forward_kinematics(robot, robot.zero_qpos[None])
+    legs = [pos[0, [robot.landmark(f"{side}_{part}") for part in ("hip", "knee", "foot")]] for side in FEET]
+    return float(np.mean([np.linalg.norm(np.diff(leg, axis=0), axis=-1).sum() for leg in legs]))

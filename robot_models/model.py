@@ -119,18 +119,6 @@ class RobotModel:
             places[body] = own.get(body, places[self.model.body_parentid[body]])
         return places
 
-    @cached_property
-    def leg_length(self) -> float:
-        """Hip to knee to ankle along the default-zero pose [m], mean of both legs."""
-        return float(np.mean([self._chain(f"{s}_hip", f"{s}_knee", f"{s}_foot") for s in FEET]))
-
-    def _chain(self, *landmarks: str) -> float:
-        from robot_models.kinematics import forward_kinematics
-
-        pos, _ = forward_kinematics(self, self.zero_qpos[None])
-        points = pos[0, [self.landmark(k) for k in landmarks]]
-        return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum())
-
 
 def _place(name: str, names: Sequence[str], what: str) -> int:
     if name in names:

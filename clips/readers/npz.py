@@ -17,6 +17,7 @@ from clips.errors import ClipError
 from clips.identify import breadth_first, choose_layout, robot_clip
 from clips.provenance import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from clips.readers import smpl
+from clips.readers.rates import rate
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names
 from robot_models.maths import rotation as rot
 
@@ -110,22 +111,6 @@ def _need(raw: RawFile, data: Mapping[str, ndarray], dims: Mapping[str, int]) ->
             raise ClipError(f"{raw.name}, {key}", found=f"shape {array.shape}", expected=f"{ndim} axes, frames first")
         if ndim > 1 and array.dtype.kind not in "fiu":
             raise ClipError(f"{raw.name}, {key}", found=f"{array.dtype} values", expected="numbers")
-
-
-def rate(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions, *keys: str) -> tuple[float, Finding]:
-    """Frame rate from the options or the first key that is there."""
-    if options.fps is not None:
-        return options.fps, Finding(
-            what="fps", value=f"{options.fps:.6g}", why="given", confidence="stated", option="fps"
-        )
-    for key in keys:
-        if key in data and np.size(data[key]) == 1:
-            try:
-                fps = float(np.reshape(data[key], -1)[0])
-            except ValueError as e:
-                raise ClipError(f"{raw.name}, {key}", found=repr(data[key]), expected="frames per second") from e
-            return fps, Finding(what="fps", value=f"{fps:.6g}", why=f"key '{key}'", confidence="stated", option="fps")
-    raise raw.no_fps()
 
 
 def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:

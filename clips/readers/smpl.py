@@ -15,6 +15,7 @@ from clips.clip import MIN_FRAMES, HumanClip
 from clips.errors import ClipError
 from clips.identify import human_clip
 from clips.provenance import Finding, RawFile, ReadOptions
+from clips.readers.rates import rate
 from robot_models.maths import rotation as rot
 
 # name, parent, offset to the parent in metres in the model's axes (x left, y up, z forward)
@@ -56,8 +57,6 @@ def read(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> Hum
     Raises:
         ClipError: another number of pose values, or no frame rate.
     """
-    from clips.readers.npz import rate
-
     poses, trans = np.asarray(data["poses"], dtype=float), np.asarray(data["trans"], dtype=float)
     if poses.ndim != 2 or poses.shape[1] not in _FAMILY or trans.shape != (len(poses), 3) or len(poses) < MIN_FRAMES:
         raise ClipError(

@@ -12,7 +12,8 @@ from clips.clip import RobotClip
 from clips.errors import ClipError
 from clips.identify import choose_layout, joint_order, robot_clip
 from clips.provenance import RawFile, ReadOptions
-from clips.readers.npz import rate, refuse_bombs
+from clips.readers.npz import refuse_bombs
+from clips.readers.rates import rate
 from robot_models.maths import rotation as rot
 
 _KEYS = ("dof_pos", "rigid_body_pos", "rigid_body_rot")

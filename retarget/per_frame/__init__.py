@@ -1,6 +1,6 @@
 """The per-frame streams, for live input and comparison: one frame of targets in, one configuration out."""
 
-from retarget.per_frame.base import follow, frame_solver
+from retarget.per_frame.streams import follow, frame_solver
 
 __all__ = [
     "follow",

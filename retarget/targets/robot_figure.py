@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clips import HumanClip, RobotClip, full_qpos
-from robot_models import FEET, RobotModel, forward_kinematics, load_robot
+from robot_models import FEET, RobotModel, forward_kinematics, leg_length, load_robot
 from robot_models.maths import rotation as rot
 
 _PARENTS = {
@@ -42,7 +42,7 @@ def as_figure(clip: RobotClip, robot: RobotModel | None = None) -> HumanClip:
         orientations=rot.normalise(np.stack(turns, axis=1)),
         parents=tuple(_parent(n, names) for n in names),
         landmarks=_landmarks(names),
-        height=float(robot.leg_length / 0.491),
+        height=float(leg_length(robot) / 0.491),
         source=clip.source.noting(f"joints of {robot.name} -> points by forward kinematics"),
         upright=True,
     )

@@ -20,7 +20,7 @@ from retarget.targets.feet import FootTargets, flat_height, foot_targets
 from retarget.targets.foot_separation import parted
 from retarget.targets.segment_frames import trunk_frames
 from retarget.targets.stance_width import drawn_in
-from robot_models import FEET, RobotModel, forward_kinematics
+from robot_models import FEET, RobotModel, forward_kinematics, leg_length
 from robot_models.maths import rotation as rot
 from robot_models.maths import smooth
 
@@ -62,7 +62,7 @@ class Targets:
 def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config: RetargetConfig) -> Targets:
     """Lay the source out in the robot's proportions with its feet locked."""
     zero_pos, zero_quat = (a[0] for a in forward_kinematics(robot, robot.zero_qpos[None]))
-    scale = robot.leg_length / _leg_length(clip)
+    scale = leg_length(robot) / _leg_length(clip)
     pelvis, torso = trunk_frames(clip)
     hips = 0.5 * (clip.point("left_hip") + clip.point("right_hip"))
     floor = np.mean([flat_height(clip, contacts, k) for k in range(2)])
@@ -142,7 +142,7 @@ def _crouch(
     from scipy.ndimage import maximum_filter1d
 
     need = np.zeros(len(pelvis_pos))
-    limit = reach * robot.leg_length
+    limit = reach * leg_length(robot)
     for k, side in enumerate(FEET):
         hip = pelvis_pos + rot.rotate(pelvis, np.broadcast_to(hip_offsets[side], pelvis_pos.shape))
         away = hip - feet.pos[:, k]

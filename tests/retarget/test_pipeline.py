@@ -13,7 +13,7 @@ from clips.reference import make_reference
 from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, flight_fit, measure, retarget
 from retarget.targets.contacts import find_contacts
 from retarget.targets.robot_figure import as_figure
-from robot_models import load_robot, sole_edges
+from robot_models import leg_length, load_robot, sole_edges
 from robot_models.maths import rotation as rot
 from robot_models.maths.smoothing import smooth
 
@@ -97,7 +97,7 @@ def test_a_robot_seen_as_a_figure_has_its_own_size(groove_file):
     figure = as_figure(read_clip(groove_file))
     thigh = np.linalg.norm(figure.point("left_hip") - figure.point("left_knee"), axis=1)
     np.testing.assert_allclose(thigh, 0.33, atol=1e-9)
-    assert figure.height == pytest.approx(robot.leg_length / 0.491)
+    assert figure.height == pytest.approx(leg_length(robot) / 0.491)
 
 
 def test_a_clip_of_points_alone_works():

@@ -8,7 +8,7 @@ import pytest
 from conftest import SAMPLES
 
 from clips import ClipError, ReadOptions, cut, full_qpos, read_clip, repaired
-from clips.identify.joint_space import breadth_first
+from clips.identify import breadth_first
 from robot_models import RobotError, load_robot
 from robot_models.maths import rotation as rot
 from robot_models.profile import PROFILES

@@ -8,7 +8,7 @@ import pytest
 from conftest import SAMPLES
 
 from clips import ClipError, HumanClip, ReadOptions, full_qpos, read_clip, repaired
-from clips.identify.joint_space import _stands
+from clips.identify.robot import _stands
 from clips.provenance import RawFile
 from robot_models import load_robot
 from robot_models.maths import rotation as rot

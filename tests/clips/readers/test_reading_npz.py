@@ -5,7 +5,7 @@ import pytest
 from round_trip import bodies, same
 
 from clips import ClipError, read_clip
-from clips.identify.joint_space import breadth_first
+from clips.identify import breadth_first
 from robot_models import load_robot
 
 

@@ -1,0 +1,132 @@
+"""Which robot's joints the nameless columns of a file are, and in which order."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.errors import ClipError
+from clips.identify.joint_ranges import refuse_other_units
+from clips.identify.quaternion_order import PROBE_FRAMES, RIGHT_IS_CLEAR, posed, roughness, unit_wxyz
+from clips.provenance import Finding, RawFile, ReadOptions
+from robot_models import RobotModel, installed, load_robot, robot_names
+
+_SOME = 0.25  # per cent of values beyond their ranges that a file read rightly may have
+
+
+def layouts(count: int, robot_name: str | None) -> list[tuple[str, tuple[str, ...]]]:
+    """Robots, and named subsets of their joints (`variants`), that have `count` joints: (robot, joint names).
+
+    Only the named robot where one is named, by catalogue key or by path.
+    """
+    found = []
+    for name in [robot_name] if robot_name else [n for n in robot_names() if installed(n)]:
+        robot = load_robot(name)
+        for drop in ((), *robot.profile.variants.values()):
+            kept = tuple(j for j in robot.joint_names if not any(re.fullmatch(p, j) for p in drop))
+            if len(kept) == count:
+                found.append((name, kept))
+    return found
+
+
+def choose_layout(raw: RawFile, count: int, options: ReadOptions) -> tuple[str, tuple[str, ...], Finding]:
+    """The robot and joint names of a file with `count` nameless joint columns.
+
+    Raises:
+        ClipError: no robot, or more than one, has that many joints.
+    """
+    fits = layouts(count, options.source_robot)
+    if len(fits) == 1:
+        robot, names = fits[0]
+        measured = options.source_robot is None
+        return robot, names, Finding(
+            what="robot", value=robot, why=f"{count} joint values; only {robot} has that many" if measured else "given",
+            confidence="measured" if measured else "stated", option="source_robot",
+        )  # fmt: skip
+    known = ", ".join(f"{n} {len(load_robot(n).joint_names)}" for n in robot_names() if installed(n))
+    raise ClipError(
+        raw.name,
+        found=f"{count} joint values per frame" + (f", which {len(fits)} robots have" if fits else ""),
+        expected=f"a known robot's number of joints ({known})",
+        cure="name the robot it was made for",
+        option="source_robot",
+        suggestion=fits[0][0] if fits else "my_robot.toml",
+    )
+
+
+def joint_order(
+    raw: RawFile,
+    robot: str,
+    names: tuple[str, ...],
+    root_pos: Float[ndarray, "T 3"],
+    root_quat: Float[ndarray, "T 4"],
+    joint_pos: Float[ndarray, "T J"],
+    options: ReadOptions,
+) -> tuple[tuple[str, ...], Finding]:
+    """Names of nameless joint columns: MuJoCo's depth-first order, or Isaac's breadth-first where that fits and the other does not.
+
+    Read rightly, angles stay in their ranges and the lower sole lies flat on one floor.
+
+    Args:
+        raw: the file, for messages.
+        robot: key in the robot catalogue.
+        names: of the joints, depth-first.
+        root_pos: [m].
+        root_quat: in either order.
+        joint_pos: columns of the file [rad].
+        options: what the user states.
+
+    Raises:
+        ClipError: neither order is clearly the right one.
+    """
+    model = load_robot(robot)
+    refuse_other_units(raw, model, root_pos, joint_pos, options)
+    orders = {"mujoco": names, "isaac": tuple(n for n in breadth_first(model) if n in names)}
+    if options.joint_order is not None:
+        return orders[options.joint_order], Finding(
+            what="joint order", value=options.joint_order, why="given", confidence="stated", option="joint_order"
+        )
+    fits = {}
+    probe = np.unique(np.linspace(0, len(root_pos) - 1, PROBE_FRAMES).astype(int))
+    root_pos, root_quat, joint_pos = root_pos[probe], root_quat[probe], joint_pos[probe]
+    for label, order in orders.items():
+        columns = [model.joint(n) for n in order]
+        beyond = np.maximum(model.lower[columns] - joint_pos, joint_pos - model.upper[columns])
+        rough = min(
+            roughness(posed(model, columns, root_pos, unit_wxyz(raw, root_quat, q), joint_pos)[0])
+            for q in ("xyzw", "wxyz")
+        )
+        fits[label] = 100.0 * float((beyond > 0.2).mean()), 1000.0 * rough
+    told = ", ".join(f"{k}: {a:.2f} % beyond the ranges, soles rough by {b:.0f} mm" for k, (a, b) in fits.items())
+    (share, rough), (share_isaac, rough_isaac) = fits["mujoco"], fits["isaac"]
+    if share > _SOME >= share_isaac and rough_isaac < rough / RIGHT_IS_CLEAR:
+        return orders["isaac"], Finding(
+            what="joint order", value="isaac", why=told, confidence="measured", option="joint_order"
+        )
+    if share > _SOME and share_isaac < 0.5 * share:
+        raise ClipError(
+            raw.name, found=f"no clear joint order ({told})", expected="one that keeps the ranges and stands on a floor",
+            cure="state it", option="joint_order", suggestion="isaac",
+        )  # fmt: skip
+    clear = share <= _SOME < share_isaac or rough < rough_isaac
+    return names, Finding(
+        what="joint order",
+        value="mujoco",
+        why=told,
+        confidence="measured" if clear else "assumed",
+        option="joint_order",
+    )
+
+
+def breadth_first(robot: RobotModel) -> tuple[str, ...]:
+    """Joint names in Isaac's order: level by level down the tree, siblings in file order."""
+    m = robot.model
+    level = [robot.body_ids[0]]
+    names = []
+    while level:
+        level = [b for parent in level for b in range(1, m.nbody) if m.body_parentid[b] == parent and b != parent]
+        names += [m.joint(int(m.body_jntadr[b])).name for b in level if m.body_jntnum[b]]
+    return tuple(names)

@@ -1,0 +1,129 @@
+"""From raw root poses and joint columns to a checked `RobotClip`: which robot, which quaternion order.
+
+A headless robot file says neither. Forward kinematics does: read rightly, the robot stands upright with its lower
+sole on one floor; read wrongly, it lies or flies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.clip import RobotClip
+from clips.errors import ClipError
+from clips.identify.joint_ranges import check_limits, refuse_other_units, unwrapped
+from clips.identify.quaternion_order import OTHER_ORDER, find_quat_order, posed, sole_tilt, unit_wxyz
+from clips.provenance import Finding, RawFile, ReadOptions, Repair
+from robot_models import RobotModel, load_robot
+
+_MOST_TILT = 0.06  # median height of the lower sole's edge over its other edge [m]
+
+
+def robot_clip(
+    raw: RawFile,
+    *,
+    dialect: str,
+    fps: float,
+    robot: str,
+    joint_names: Sequence[str],
+    root_pos: Float[ndarray, "T 3"],
+    root_quat: Float[ndarray, "T 4"],
+    quat_order: str | None,
+    joint_pos: Float[ndarray, "T J"],
+    options: ReadOptions,
+    findings: Sequence[Finding] = (),
+    conversions: Sequence[str] = (),
+    repairs: Sequence[Repair] = (),
+) -> RobotClip:
+    """Check joint-space numbers against the robot they claim to move.
+
+    Args:
+        raw: the file, for messages and provenance.
+        dialect: what was recognised.
+        fps: frames per second.
+        robot: key in the robot catalogue.
+        joint_names: names of the columns of `joint_pos`, a subset of the robot's.
+        root_pos: [m].
+        root_quat: in the file's order.
+        quat_order: "wxyz" or "xyzw" where the format states it; with a "?" where that is only its custom, which
+            forward kinematics may overrule; None: forward kinematics decides.
+        joint_pos: [rad].
+        options: what the user states.
+        findings: what the reader decided before.
+        conversions: what the reader did to the numbers before.
+        repairs: what the reader mended before.
+
+    Raises:
+        ClipError: zero quaternions, undecidable order, degrees as radians, or joints far outside their limits.
+    """
+    model = load_robot(robot)
+    raw.check_rate(fps)
+    refuse_other_units(raw, model, root_pos, joint_pos, options)
+    order = [model.joint(n) for n in joint_names]
+    joint_pos, turns = unwrapped(model, order, joint_pos)
+    flips = int((np.sum(root_quat[1:] * root_quat[:-1], axis=1) < 0.0).sum())
+    signs = [Repair(what="quaternion signs made continuous", count=flips)] if flips else []
+    finding = find_quat_order(raw, model, order, root_pos, root_quat, quat_order, joint_pos, options)
+    quat = unit_wxyz(raw, root_quat, finding.value)
+    limits = check_limits(raw, model, order, joint_pos)
+    named = any((f.what, f.value) == ("joint order", "by name") for f in findings)
+    stands = _stands(raw, model, order, root_pos, quat, joint_pos, finding.value, named)
+    absent = [j for j in model.joint_names if j not in joint_names]
+    notes = [*findings, finding, limits, *stands]
+    if absent:
+        why = f"{len(joint_names)} of {len(model.joint_names)} joints are in the file"
+        notes.append(
+            Finding(what="joints held at the default pose", value=", ".join(absent), why=why, confidence="stated")
+        )
+    return RobotClip(
+        fps=fps,
+        robot=model.name,
+        joint_names=tuple(joint_names),
+        root_pos=root_pos,
+        root_quat=quat,
+        joint_pos=joint_pos,
+        source=raw.source(dialect, notes, conversions, [*repairs, *turns, *signs]),
+    )
+
+
+def _stands(
+    raw: RawFile,
+    model: RobotModel,
+    order: list[int],
+    root_pos: ndarray,
+    quat: ndarray,
+    joint_pos: ndarray,
+    quat_order: str,
+    named: bool,
+) -> list[Finding]:
+    """Centimetres for metres, or a root that is no pelvis, show as soles far from the floor; unnamed columns as tilt."""
+    corners, up = posed(model, order, root_pos, quat, joint_pos)
+    low = float(np.percentile(corners[..., 2].min(axis=(1, 2)), 5.0))
+    if abs(low) > 0.5 * model.default_qpos[2] or up < 0.0:
+        raise ClipError(
+            raw.name,
+            found=f"soles {low:.3g} m over the floor and the pelvis' up at {up:.2f}, read as {model.name}",
+            expected="a robot on its feet: metres, z up, and the right quaternion order",
+            cure="check unit and axes of the root columns, or state the other order",
+            option="quat_order",
+            suggestion=OTHER_ORDER[quat_order],
+        )
+    tilt = float(np.median(sole_tilt(corners)))
+    if tilt > _MOST_TILT and not named:  # someone who floats, say, never stands flat
+        raise ClipError(
+            raw.name,
+            found=f"the flatter sole tilted by {1000 * tilt:.0f} mm in half of all frames, read as {model.name}",
+            expected=f"feet that stand flat now and then: {model.name}'s joints in a known order",
+            cure="the columns may stand in another order, or belong to another robot",
+            option="source_robot",
+        )
+    soles = f"the lower sole is {1000 * low:.0f} mm over z = 0 and tilted by {1000 * tilt:.0f} mm"
+    return [
+        Finding(what="unit", value="m, rad", why=soles, confidence="measured"),
+        Finding(
+            what="up axis", value="z", why=f"the pelvis' upward direction along it: {up:.2f}", confidence="measured"
+        ),
+    ]
