@@ -124,7 +124,8 @@ def complain(error: DanceError, name: str, words: list[str], options: frozenset[
     if error.option not in options:
         return
     if error.suggestion:
-        said = (name, shlex.join(_without(words, flag(error.option))), flag(error.option), error.suggestion.strip())
+        value = shlex.join(error.suggestion.split(None, 0))  # one word, whatever stands in it
+        said = (name, shlex.join(_without(words, flag(error.option))), flag(error.option), value)
         console.print(f"try: {' '.join(filter(None, said))}", markup=False)
     else:
         console.print(f"see: {name} --help, {flag(error.option)}", markup=False)
@@ -132,6 +133,7 @@ def complain(error: DanceError, name: str, words: list[str], options: frozenset[
 
 def _without(words: list[str], given: str) -> list[str]:
     """The words typed, without an option that is about to be given anew."""
+    words = [word for word in words if not word.startswith(f"{given}=")]
     if given not in words:
         return words
     at = words.index(given)

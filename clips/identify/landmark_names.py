@@ -62,8 +62,8 @@ def _split(name: str) -> tuple[str, str]:
         if re.match(side, bare, re.IGNORECASE) or re.search(rf"{side}$", bare, re.IGNORECASE):
             return side, _letters(re.sub(side, "", bare, count=1, flags=re.IGNORECASE))
     match = (
-        re.match(r"^([lrLR])(?=[_ .A-Z])[_ .]?(.*)$", bare)
-        or re.match(r"^(.*?)[_ .]([lrLR])$", bare)
+        re.match(r"^(.*?)[_ .]([lrLR])$", bare)
+        or re.match(r"^([lrLR])(?=[_ .]|[A-Z][a-z])[_ .]?(.*)$", bare)
         or re.match(r"^(.*[a-z])([LR])$", bare)
     )
     if match:

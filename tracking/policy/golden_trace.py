@@ -73,7 +73,7 @@ def replay(runner: Runner, golden: Golden) -> float:
         for name, ours in (("observation", seen), ("action", runner.last_action), ("target", target)):
             theirs = getattr(golden, name)[k]
             off = np.abs(ours[0] - theirs).max() if ours[0].shape == theirs.shape else np.inf
-            apart[name] = max(apart[name], float(off))
+            apart[name] = float(np.fmax(apart[name], off)) if np.isfinite(off) else np.inf
     worst = max(apart, key=lambda name: apart[name])
     if not apart[worst] <= TOLERANCE:
         raise TrackingError(
