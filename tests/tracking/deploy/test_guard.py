@@ -1,0 +1,167 @@
+"""The guard: every limit on both of its sides, the first reason that stays, and a person's reset."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tracking
+from robot_models.maths import rotation as rot
+from tracking import read_contract
+from tracking.deploy.guard import Command, Guard, GuardConfig, State
+
+C = read_contract(Path(tracking.__file__).parent / "policies" / "groove-g1" / "contract.json")
+J, LIMITS = len(C.joint_names), GuardConfig()
+INSIDE, BEYOND = 0.98, 1.02  # of a limit
+
+
+def one(value, at, base=None):
+    out = np.zeros(J) if base is None else base.copy()
+    out[at] = value
+    return out
+
+
+def state(**changes):
+    still = {
+        "quat": np.array([1.0, 0, 0, 0]), "gyro": np.zeros(3), "joint_pos": C.default_joint_pos, "joint_vel": np.zeros(J),
+        "received": 5.0,
+    }  # fmt: skip
+    return State(**(still | changes))
+
+
+def command(target=None, kp=None, kd=None):
+    return Command(
+        target=C.default_joint_pos if target is None else target,
+        kp=C.kp if kp is None else kp,
+        kd=C.kd if kd is None else kd,
+    )
+
+
+def leaning(angle, direction=0.0, heading=0.0):
+    axis = np.array([np.cos(direction), np.sin(direction), 0.0])
+    return rot.multiply(rot.from_yaw(np.array(heading)), rot.exp(angle * axis))
+
+
+STATES = {
+    **{f"tilt to {d}": (lambda s, d=d: {"quat": leaning(s * LIMITS.tilt, d)}, "tilt") for d in (0.0, 1.0, -2.0)},
+    "speed forwards": (lambda s: {"joint_vel": one(s * C.velocity[4], 4)}, f"joint speed: {C.joint_names[4]}"),
+    "speed backwards": (lambda s: {"joint_vel": one(-s * C.velocity[9], 9)}, f"joint speed: {C.joint_names[9]}"),
+    "above the range": (
+        lambda s: {"joint_pos": one(C.upper[3] + s * LIMITS.beyond, 3, C.default_joint_pos)}, f"joint position: {C.joint_names[3]}"
+    ),
+    "below the range": (
+        lambda s: {"joint_pos": one(C.lower[8] - s * LIMITS.beyond, 8, C.default_joint_pos)}, f"joint position: {C.joint_names[8]}"
+    ),
+    "old": (lambda s: {"received": 5.0 - s * LIMITS.stale}, "stale state"),
+    "a long quaternion": (lambda s: {"quat": np.array([1.0 + 0.01 * s, 0, 0, 0])}, "corrupt state"),
+    "a short quaternion": (lambda s: {"quat": np.array([1.0 - 0.01 * s, 0, 0, 0])}, "corrupt state"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", STATES)
+def test_a_state_just_inside_a_limit_passes_and_one_just_beyond_trips_by_name(what):
+    change, said = STATES[what]
+    guard = Guard(C)
+    assert guard.state(state(**change(INSIDE)), 5.0, 5.0) and not guard.tripped
+    assert not guard.state(state(**change(BEYOND)), 5.0, 5.0)
+    assert guard.tripped.startswith(said)
+
+
+def test_a_tick_just_in_time_passes_and_one_too_late_does_not():
+    guard = Guard(C)
+    assert guard.state(state(), 5.0, 5.0 - INSIDE * LIMITS.late)
+    assert guard.state(state(), 5.0, 9.0)  # early is fine
+    assert not guard.state(state(), 5.0, 5.0 - BEYOND * LIMITS.late) and guard.tripped.startswith("late tick")
+
+
+@pytest.mark.parametrize("heading", [0.5, 3.1, -2.0])
+def test_heading_is_no_tilt_and_a_quaternions_sign_no_turn(heading):
+    for angle, fine in ((0.0, True), (INSIDE * LIMITS.tilt, True), (BEYOND * LIMITS.tilt, False), (np.pi, False)):
+        for sign in (1.0, -1.0):
+            assert Guard(C).state(state(quat=sign * leaning(angle, 0.3, heading)), 5.0, 5.0) is fine
+
+
+@pytest.mark.parametrize("name", ["quat", "gyro", "joint_pos", "joint_vel"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_number_that_is_none_is_corrupt_wherever_it_stands(name, value):
+    guard, broken = Guard(C), getattr(state(), name).copy()
+    broken[-1] = value
+    assert not guard.state(state(**{name: broken}), 5.0, 5.0) and guard.tripped.startswith("corrupt state")
+
+
+@pytest.mark.parametrize("sizes", [(J - 1, J - 1), (J, J - 1), (J + 1, J + 1), (0, 0)])
+def test_a_state_of_other_joints_is_refused(sizes):
+    guard = Guard(C)
+    assert not guard.state(state(joint_pos=np.zeros(sizes[0]), joint_vel=np.zeros(sizes[1])), 5.0, 5.0)
+    assert f"the contract has {J}" in guard.tripped
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("how", ["spring", "damper"])
+def test_a_command_may_ask_for_so_much_torque_and_no_more(sign, how):
+    for share, fine in ((INSIDE, True), (BEYOND, False)):
+        torque, guard = sign * share * LIMITS.torque * C.effort[6], Guard(C)
+        if how == "spring":
+            asked, now = command(one(C.default_joint_pos[6] + torque / C.kp[6], 6, C.default_joint_pos)), state()
+        else:
+            asked, now = command(), state(joint_vel=one(torque / C.kd[6], 6))
+        assert guard.command(asked, now) is fine
+        assert fine or guard.tripped.startswith(f"torque estimate: {C.joint_names[6]}")
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_target_may_jump_so_far_between_two_ticks_and_no_farther(sign):
+    for share, fine in ((INSIDE, True), (BEYOND, False)):
+        guard, step = Guard(C), sign * share * LIMITS.jump * C.effort[2] / C.kp[2]
+        assert guard.command(command(), state())
+        assert guard.command(command(one(C.default_joint_pos[2] + step, 2, C.default_joint_pos)), state()) is fine
+        assert fine or guard.tripped.startswith(f"target jump: {C.joint_names[2]}")
+
+
+def test_jumps_are_from_the_command_before_not_from_the_first():
+    guard, step = Guard(C), 0.9 * LIMITS.jump * C.effort[2] / C.kp[2]
+    for k in (0, 1, 0, -1):
+        assert guard.command(command(one(C.default_joint_pos[2] + k * step, 2, C.default_joint_pos)), state())
+    assert not guard.command(command(one(C.default_joint_pos[2] + step, 2, C.default_joint_pos)), state())
+
+
+@pytest.mark.parametrize("forget", ["forget_target", "reset"])
+def test_other_servos_may_begin_anywhere(forget):
+    guard, step = Guard(C), 2.5 * C.effort[2] / C.kp[2]
+    guard.command(command(), state())
+    getattr(guard, forget)()
+    assert guard.command(command(one(C.default_joint_pos[2] + step, 2, C.default_joint_pos)), state())
+
+
+@pytest.mark.parametrize("part", ["target", "kp", "kd"])
+def test_a_command_that_holds_no_numbers_never_passes_and_is_not_what_the_next_jumps_from(part):
+    guard = Guard(C)
+    assert guard.command(command(), state())
+    assert not guard.command(command(**{part: one(np.nan, 1, getattr(command(), part))}), state())
+    assert guard.tripped == "non-finite action"
+    guard.tripped = ""
+    assert guard.command(command(), state())
+
+
+def test_damping_passes_at_any_pose_inside_the_speed_limit():
+    soft = command(kp=np.zeros(J), kd=C.stand_kd)
+    assert Guard(C).command(soft, state(joint_pos=C.upper, joint_vel=np.zeros(J)))
+
+
+def test_the_first_reason_stays_whatever_comes_later_until_a_person_resets():
+    guard = Guard(C)
+    guard.trip("first")
+    guard.trip("second")
+    guard.state(state(quat=leaning(2.0)), 5.0, 5.0)
+    guard.command(command(np.full(J, np.nan)), state())
+    guard.forget_target()
+    assert guard.tripped == "first"
+    assert not guard.state(state(), 5.0, 5.0) and not guard.command(command(), state())  # good ones do not heal it
+    guard.reset()
+    assert guard.state(state(), 5.0, 5.0) and guard.command(command(), state()) and not guard.tripped
+
+
+def test_limits_are_those_given():
+    assert not Guard(C, dataclasses.replace(LIMITS, tilt=0.1)).state(state(quat=leaning(0.2)), 5.0, 5.0)
+    assert Guard(C, dataclasses.replace(LIMITS, tilt=2.0)).state(state(quat=leaning(1.5)), 5.0, 5.0)
