@@ -7,8 +7,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cli.terminal import DONE, ClipPath, FileOptions, Out, command
-from clips import ClipError, RobotClip, read_clip
+from cli.options import ClipPath, FileOptions, Out
+from cli.terminal import DONE, command
+from clips import LAYOUTS, ClipError, RobotClip, read_back, read_clip, write_motion
 from robot_models import load_robot
 
 
@@ -43,10 +44,6 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read, write, read back."""
-    import numpy as np
-
-    from clips import LAYOUTS, ReadOptions, full_qpos, write_motion
-
     console = Console(highlight=False, soft_wrap=True)
     clip = read_clip(args.clip, args.file.reading())
     if not isinstance(clip, RobotClip):
@@ -58,9 +55,7 @@ def run(args: Arguments) -> int:
     suffix = LAYOUTS[args.to].suffix if args.to in LAYOUTS else ""
     out: Path = args.out or args.clip.with_name(f"{args.clip.stem}_{args.to}{suffix}")
     motion = write_motion(out, args.to, clip, robot, args.out_fps)
-    again = read_clip(out, ReadOptions(fps=motion.fps, source_robot=robot.name))
-    assert isinstance(again, RobotClip)
-    apart = float(np.abs(full_qpos(again, robot)[:, 7:] - motion.joint_pos).max())
+    apart = read_back(out, motion, robot)
     console.print(
         f"{motion.frames} frames at {motion.fps:g} fps for {robot.name}; read back to {apart:.1e} rad", markup=False
     )

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cli.terminal import DONE, ClipPath, Out, command
+from cli.options import ClipPath, Out
+from cli.terminal import DONE, command
 from tracking import TrackingError
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 
 from rich.console import Console
 
-from cli.terminal import DONE, ClipPath, FileOptions, command, flag
+from cli.options import ClipPath, FileOptions
+from cli.terminal import DONE, command, flag
 from clips import OPTIONAL, REQUIRED, Clip, ClipError, HumanClip, read_clip, repaired
 
 _ANY_RATE = 1.0  # stands in while a file without a rate is described; no number that depends on it is printed

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
 
 from rich.console import Console
 
 from cli.batch import is_batch, retarget_all
-from cli.terminal import BELOW_GATE, DONE, ClipPath, FileOptions, Out, command, print_report, progress
-from clips import Clip, OutputError, RobotClip, at_speed, cut, mirrored, read_clip, repaired, save_reference
+from cli.progress import progress
+from cli.report_table import print_report
+from cli.retarget_arguments import Arguments, check_one
+from cli.terminal import BELOW_GATE, DONE, command
+from clips import Clip, RobotClip, at_speed, cut, mirrored, read_clip, repaired, save_reference
 from retarget import (
-    RetargetConfig,
     Retargeted,
-    RetargetError,
     Seam,
     fitted,
     flight_fit,
@@ -27,68 +26,9 @@ from retarget import (
     write_contacts,
 )
 from retarget.targets import as_figure
-from robot_models import DEFAULT_ROBOT, load_robot
+from robot_models import load_robot
 
 _OFF_FLIGHT = 0.03  # of a flight's rise from gravity's that is worth a line [m]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Arguments:
-    """Bring a mocap file to a robot: writes a reference (.npz) and a Rerun recording (.rrd).
-
-    Examples:
-        dance-retarget clip.csv
-        dance-retarget dance.bvh --robot g1 -o dance_g1.npz --start 5 --end 25
-        dance-retarget unitree.csv --fps 30 --robot g1
-        dance-retarget verse.bvh --then chorus.bvh verse.bvh -o song.npz
-        dance-retarget fast.bvh --fit-dynamics
-        dance-retarget clips/ -o references --robot g1,dancer --jobs 2
-        dance-retarget /shared/clips -o /shared/references --ray 10.0.0.5:6379
-    """
-
-    clip: ClipPath
-    """A motion file, which is known by its content; or a folder of them, or a pattern like 'mocap/*.bvh'."""
-    robot: str = DEFAULT_ROBOT
-    """A built-in robot (dancer, g1, jvrc1, ...) or the path of a profile (.toml); for a folder, several with commas."""
-    out: Out = None
-    """The reference to write; default: <clip>_<robot>.npz in the current folder. For a folder of clips: a folder."""
-    jobs: int | None = None
-    """Processes for a folder of clips; default: one per core that may be used."""
-    ray: str | None = None
-    """Work on a Ray cluster instead: its host:port, 'auto' for this machine's, 'local' to start one here."""
-    start: float = 0.0
-    """Begin at this second of the clip."""
-    end: float | None = None
-    """End at this second of the clip."""
-    speed: float = 1.0
-    """Play the clip so many times as fast."""
-    mirror: bool = False
-    """Exchange left and right."""
-    then: tuple[ClipPath, ...] = ()
-    """More clips to dance after this one, with steps between them."""
-    loop: int = 1
-    """Dance it so many times, with steps back to the first pose between."""
-    contacts: Path | None = None
-    """CSV of touches (start, end, edge, kind; seconds of the dance) that override the detected ones."""
-    keys: Path | None = None
-    """CSV of key frames (time, joint, value; seconds of the dance, radians)."""
-    write_contacts: Path | None = None
-    """Write the touches used, to be edited and given back with --contacts."""
-    fit_dynamics: bool = False
-    """Slow the stretches that physics does not allow, and only those."""
-    solver: Literal["whole-clip", "mink", "placo"] = "whole-clip"
-    """All frames at once, or a per-frame solver for comparison."""
-    out_fps: float = 50.0
-    """Frame rate of the reference."""
-    lead_in: float = 1.0
-    """Seconds from standing into the first pose (0: none)."""
-    lead_out: float = 1.0
-    """Seconds from the last pose back to standing (0: none)."""
-    float32: bool = False
-    """Write single precision: half the size, forward kinematics to 1e-5."""
-    recording: bool = True
-    """Write a Rerun recording beside the reference."""
-    file: FileOptions = field(default_factory=FileOptions)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -101,9 +41,7 @@ def run(args: Arguments) -> int:
     if is_batch(args.clip):
         return retarget_all(args)
     console = Console(highlight=False, soft_wrap=True)
-    if args.out is not None and (args.out.suffix != ".npz" or args.out.resolve() == args.clip.resolve()):
-        raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")
-    _check(args)
+    check_one(args)
     robot = load_robot(args.robot)
     clip = _read(args.clip, args, args.start, args.end)
     contacts = read_contacts(args.contacts) if args.contacts else ()
@@ -116,9 +54,7 @@ def run(args: Arguments) -> int:
     more = [_read(path, args) for path in args.then]
     dances = [clip, *more] * args.loop
     seams: list[Seam] = []
-    config = replace(
-        RetargetConfig(), solver=args.solver, fps=args.out_fps, lead_in_s=args.lead_in, lead_out_s=args.lead_out
-    )
+    config = args.config()
     began = time.perf_counter()
     with progress("steps") as tell:
         if len(dances) > 1:
@@ -142,28 +78,6 @@ def run(args: Arguments) -> int:
     for seam in seams:
         console.print(f"{seam}", markup=False)
     return _summary(console, result, written, rate)
-
-
-def _check(args: Arguments) -> None:
-    """Refuse what cannot go together."""
-    edits = args.contacts or args.keys or args.write_contacts
-    if args.fit_dynamics and edits:
-        raise RetargetError(
-            "--fit-dynamics", found="--contacts, --keys or --write-contacts beside it",
-            expected="one of them: their seconds would move when the dance is slowed",
-        )  # fmt: skip
-    if args.ray is not None or args.jobs is not None:
-        raise RetargetError(
-            "--ray or --jobs", found="one clip", expected="a folder of clips, or a pattern of names",
-            cure="leave them out: one clip is one job",
-        )  # fmt: skip
-    several = bool(args.then) or args.loop != 1
-    if several and (edits or args.fit_dynamics or args.loop < 1):
-        raise RetargetError(
-            "--then or --loop", found="--contacts, --keys, --write-contacts, --fit-dynamics, or a loop of less than once",
-            expected="dances without edits of their own, at least once",
-            cure="write each dance to a file first; a reference (.npz) is a clip again",
-        )  # fmt: skip
 
 
 def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Clip:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cli.terminal import BELOW_GATE, DONE, ClipPath, command
+from cli.options import ClipPath
+from cli.terminal import BELOW_GATE, DONE, command
 from clips import load_reference
 from robot_models import load_robot
 

@@ -16,7 +16,7 @@ from clips.reference import (
     make_reference,
     save_reference,
 )
-from clips.writers import LAYOUTS, write_motion
+from clips.writers import LAYOUTS, read_back, write_motion
 
 __all__ = [
     "FREE",
@@ -44,6 +44,7 @@ __all__ = [
     "load_reference",
     "make_reference",
     "mirrored",
+    "read_back",
     "read_clip",
     "repaired",
     "resample",

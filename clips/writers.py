@@ -16,6 +16,8 @@ from clips.edit import resample
 from clips.errors import ClipError
 from clips.files import write_whole
 from clips.identify import breadth_first
+from clips.provenance import ReadOptions
+from clips.readers import read_clip
 from clips.reference import FREE, Reference, make_reference
 from robot_models import RobotModel
 from robot_models.maths import rotation as rot
@@ -65,6 +67,13 @@ def write_motion(path: Path, layout: str, clip: RobotClip, robot: RobotModel, fp
     with write_whole(path) as stream:
         known.write(stream, motion, robot, path.stem)
     return motion
+
+
+def read_back(path: Path, motion: Reference, robot: RobotModel) -> float:
+    """How far the joints of a written file are from the motion that was written, when it is read again [rad]."""
+    again = read_clip(path, ReadOptions(fps=motion.fps, source_robot=robot.name))
+    assert isinstance(again, RobotClip)
+    return float(np.abs(full_qpos(again, robot)[:, 7:] - motion.joint_pos).max())
 
 
 def _unitree_csv(stream: IO[bytes], motion: Reference, robot: RobotModel, name: str) -> None:

@@ -1,51 +1,174 @@
-"""The house stands on its floors: nothing imports upward, and every public name exists."""
+"""The house stands: floors, rooms in their order, no circle between files, nobody reaching past an `__init__`."""
 
 import ast
 import importlib
 import subprocess
 import sys
-from pathlib import Path
+from functools import cache
 
 import pytest
+from conftest import ROOT
 
-ROOT = Path(__file__).parent.parent
-FLOORS = ["robot_models", "clips", "retarget", "tracking", "cli"]
+# Each floor imports only floors before it; each room or module of a floor only those before it in its floor.
+HOUSE = {
+    "robot_models": (
+        "maths errors profile model model_file kinematics jacobians build geometry visual pinocchio_model catalogue draft"
+    ),
+    "clips": "errors files provenance clip reference edit identify readers writers",
+    "retarget": "errors config targets solver per_frame dynamics report pipeline workflows",
+    "tracking": "errors config policy engines task evaluation training envs deploy",
+    "cli": "terminal recordings *",
+}
+FLOORS = list(HOUSE)
+MOST_MODULES, MOST_LINES = 12, 300  # of a folder (readers are one per format), of a module
 
 
-def imported(path: Path) -> set[str]:
-    found = set()
+def files(*tops):
+    return [path for top in tops for path in sorted((ROOT / top).rglob("*.py")) if "samples" not in path.parts]
+
+
+def name_of(path):
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+@cache
+def packages():
+    return {name_of(path) for path in files(*FLOORS) if path.name == "__init__.py"} | {"clips.samples"}
+
+
+@cache
+def imports_of(path):
+    """(module, name) of every import in a file, wherever it stands; the name is None for `import module`."""
+    found = []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            found |= {a.name.split(".")[0] for a in node.names}
+            found += [(a.name, None) for a in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
-            found.add(node.module.split(".")[0])
+            found += [(node.module, a.name) for a in node.names]
     return found
 
 
+def defined_in(module, name):
+    """The module that an import leads to in the end: a room's `__init__` only hands on."""
+    if name is not None and f"{module}.{name}" in {name_of(p) for p in files(*FLOORS)}:
+        return f"{module}.{name}"
+    if module in packages():
+        init = ROOT / module.replace(".", "/") / "__init__.py"
+        homes = [m for m, n in imports_of(init) if n == name and m.split(".")[0] in FLOORS]
+        return defined_in(homes[0], name) if homes else module
+    return module
+
+
+def arrows(path):
+    """Modules of the house that a file needs."""
+    return {defined_in(m, n) for m, n in imports_of(path) if m.split(".")[0] in FLOORS} - {name_of(path)}
+
+
+def place(module):
+    """(floor, unit) as numbers: where a module stands in the house."""
+    floor, _, rest = module.partition(".")
+    units, unit = HOUSE[floor].split(), rest.split(".")[0]
+    return FLOORS.index(floor), units.index(unit) if unit in units else units.index("*") if "*" in units else -1
+
+
 @pytest.mark.parametrize("floor", FLOORS)
-def test_a_package_imports_only_floors_below(floor):
-    above = set(FLOORS[FLOORS.index(floor) + 1 :])
-    for path in (ROOT / floor).rglob("*.py"):
-        assert not imported(path) & above, path
+def test_floors_and_rooms_import_only_what_stands_below_them(floor):
+    upward = [
+        f"{name_of(path)} -> {other}"
+        for path in files(floor)
+        if path.name != "__init__.py"
+        for other in arrows(path)
+        if place(other) > place(name_of(path))
+    ]
+    assert not upward
+
+
+def test_every_room_has_its_place_in_the_order():
+    for floor, units in HOUSE.items():
+        there = {p.stem for p in (ROOT / floor).glob("*.py")} | {
+            p.parent.name for p in (ROOT / floor).glob("*/__init__.py")
+        }
+        assert "*" in units or there - {"__init__", "samples"} == set(units.split())
+
+
+def circles(graph):
+    """The modules of every circle."""
+    done, found = set(), []
+
+    def walk(module, way):
+        if module in way:
+            found.append(way[way.index(module) :])
+        elif module not in done:
+            for other in graph.get(module, ()):
+                walk(other, [*way, module])
+            done.add(module)
+
+    for module in graph:
+        walk(module, [])
+    return found
+
+
+def test_no_files_need_one_another():
+    assert not circles({name_of(p): arrows(p) for p in files(*FLOORS) if p.name != "__init__.py"})
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == [["b", "c"]]  # the negative control
+
+
+def test_nobody_reaches_past_an_init():
+    past = []
+    for path in files(*FLOORS, "benchmarks", "scripts"):
+        home = name_of(path) if path.name == "__init__.py" else name_of(path).rpartition(".")[0]
+        for module, _ in imports_of(path):
+            room = module if module in packages() else module.rpartition(".")[0]
+            inside = home == room or home.startswith(f"{room}.")
+            if module.split(".")[0] in FLOORS and module not in packages() and not inside:
+                past.append(f"{name_of(path)} -> {module}")
+    assert not past
+
+
+def test_rooms_and_modules_stay_small():
+    for folder in {path.parent for path in files(*FLOORS)}:
+        modules = [p for p in folder.glob("*.py") if p.name != "__init__.py"]
+        assert len(modules) <= MOST_MODULES or folder.name in ("readers", "cli"), folder
+    for path in files(*FLOORS):
+        assert len(path.read_text().splitlines()) <= MOST_LINES, path
 
 
 def test_torch_stays_in_tracking_and_rerun_in_one_module():
-    for floor in FLOORS:
-        for path in (ROOT / floor).rglob("*.py"):
-            names = imported(path)
-            assert "torch" not in names or floor == "tracking" or path.name == "torch_motion.py", path
-            assert "rerun" not in names or path.name == "scene.py", path
+    for path in files(*FLOORS):
+        names = {module.split(".")[0] for module, _ in imports_of(path)}
+        assert "torch" not in names or path.parts[len(ROOT.parts)] == "tracking" or path.name == "torch_motion.py", path
+        assert "rerun" not in names or path.name == "scene.py", path
 
 
-@pytest.mark.parametrize("floor", ["robot_models", "clips", "retarget"])
-def test_every_public_name_exists(floor):
-    module = importlib.import_module(floor)
-    assert all(hasattr(module, n) for n in module.__all__)
+@pytest.mark.parametrize(
+    "package", sorted(p for p in packages() if p not in ("cli", "cli.recordings", "clips.samples"))
+)
+def test_every_public_name_exists(package):
+    module = importlib.import_module(package)
+    assert all(hasattr(module, name) for name in module.__all__)
 
 
-def test_retarget_is_light_to_import():
-    code = (
-        "import sys, retarget; print([m for m in ('torch', 'rerun', 'mink', 'trimesh', 'pandas') if m in sys.modules])"
-    )
+@pytest.mark.parametrize(
+    ("package", "heavy"),
+    [
+        ("retarget", "torch rerun mink placo pinocchio trimesh pandas mujoco"),
+        ("tracking.policy", "torch mujoco pinocchio gymnasium sapien onnx rerun"),
+        ("tracking.deploy", "torch mujoco pinocchio gymnasium sapien onnx rerun"),
+    ],
+)
+def test_light_rooms_are_light_to_import(package, heavy):
+    code = f"import sys, {package}; print([m for m in {heavy.split()} if m in sys.modules])"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True).stdout
+    assert out.strip() == "[]"
+
+
+def test_a_command_parses_calls_one_function_and_reports():
+    for path in (ROOT / "cli").glob("*.py"):
+        assert len(path.read_text().splitlines()) <= 120, path
+        assert "numpy" not in {module.split(".")[0] for module, _ in imports_of(path)}, path
+
+
+def test_recordings_and_retargeting_do_without_the_training_packages():
+    code = "import sys, cli.recordings, cli.retarget; print([m for m in ('torch', 'tracking', 'rerun') if m in sys.modules])"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True).stdout
     assert out.strip() == "[]"

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clips import write_whole
-from tracking import TrackingError
+from clips import OutputError, write_whole
 
 if TYPE_CHECKING:
     from tracking import Cell
@@ -19,12 +18,12 @@ def save_sweep(path: Path, rows: Mapping[str, Mapping[str, Cell]], engines: Sequ
     """A table of success rates, one row per condition, one column per engine, from red to green.
 
     Raises:
-        TrackingError: matplotlib is not installed.
+        OutputError: matplotlib is not installed.
     """
     try:
         from matplotlib.figure import Figure
     except ImportError as e:
-        raise TrackingError(
+        raise OutputError(
             "--picture", found="no matplotlib", expected="it installed", cure="pip install 'dance-retarget[sim2sim]'"
         ) from e
     share = 100.0 * np.array([[row[name].result.finished for name in engines] for row in rows.values()])

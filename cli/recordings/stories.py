@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy import ndarray
@@ -12,6 +13,9 @@ from cli.recordings import scene
 from clips import HumanClip, Reference
 from retarget import Retargeted
 from robot_models import RobotModel, visual_parts
+
+if TYPE_CHECKING:
+    from tracking import Bundle, Evaluation
 
 
 def save_retargeting(path: Path, result: Retargeted) -> None:
@@ -141,3 +145,12 @@ def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references
             static=True,
         )
         scene.send_blueprint(log, plots, eye=(4.2, -0.9, 1.6))
+
+
+def save_evaluation(
+    path: Path, bundle: Bundle, results: Mapping[str, Evaluation], title: str, lines: Sequence[Sequence[str]]
+) -> None:
+    """The longest rollout in each engine, with a table of the numbers: `lines`, the header first."""
+    header, *rows = (f"| {' | '.join(line)} |" for line in lines)
+    text = "\n".join([f"# {title}", header, "|---" * len(lines[0]) + "|", *rows])
+    save_rollouts(path, bundle.robot, bundle.reference, {name: r.best for name, r in results.items()}, {}, text)

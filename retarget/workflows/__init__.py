@@ -2,6 +2,7 @@
 
 from retarget.workflows.batch import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
 from retarget.workflows.ray_cluster import run_on_ray
+from retarget.workflows.robot_check import check_robot
 from retarget.workflows.sequence import Seam, medley
 from retarget.workflows.time_scaling import FitConfig, fitted
 
@@ -11,6 +12,7 @@ __all__ = [
     "Job",
     "Outcome",
     "Seam",
+    "check_robot",
     "fitted",
     "jobs_for",
     "medley",

@@ -2,9 +2,12 @@
 
 from robot_models.draft.profile_text import draft_profile, without_overlaps
 from robot_models.draft.skeleton_tree import Branches
+from robot_models.draft.trial import STANDS_S, standing_seconds
 
 __all__ = [
+    "STANDS_S",
     "Branches",
     "draft_profile",
+    "standing_seconds",
     "without_overlaps",
 ]

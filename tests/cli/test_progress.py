@@ -1,19 +1,19 @@
 import pytest
 
-from cli import terminal
+from cli import progress
 
 
 @pytest.fixture
 def clock(monkeypatch):
     """A clock that the test sets."""
     now = [0.0]
-    monkeypatch.setattr(terminal.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
     return now
 
 
 @pytest.mark.parametrize("before", [0, 6000])
 def test_the_time_to_go_counts_only_what_was_done_in_this_run(clock, capsys, before):
-    with terminal.progress("steps") as tell:
+    with progress.progress("steps") as tell:
         tell("train", before, 9000)
         clock[0] = 20.0
         tell("train", before + 500, 9000, "standing")

@@ -9,18 +9,10 @@ import pytest
 import tyro
 from rich.console import Console
 
-from cli.terminal import (
-    BELOW_GATE,
-    DONE,
-    REFUSED,
-    FileOptions,
-    command,
-    complain,
-    flag,
-    option_names,
-    print_report,
-    progress,
-)
+from cli.options import FileOptions
+from cli.progress import progress
+from cli.report_table import print_report
+from cli.terminal import BELOW_GATE, DONE, REFUSED, command, complain, flag, option_names
 from clips import ReadOptions
 from clips.identify.mapping import UnknownSkeleton
 from retarget import Report
@@ -174,7 +166,7 @@ def test_an_unknown_skeleton_leaves_a_draft_to_confirm_and_never_writes_over_one
 
 def test_a_log_is_told_a_line_a_quarter_of_a_minute_and_each_stage_by_itself(monkeypatch, capsys):
     now = [0.0]
-    monkeypatch.setattr("cli.terminal.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("cli.progress.time.monotonic", lambda: now[0])
     with progress("frames") as tell:
         for stage in ("first", "second"):
             for done in range(0, 101, 10):

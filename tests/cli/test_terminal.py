@@ -7,7 +7,8 @@ from typing import Annotated
 import pytest
 import tyro
 
-from cli.terminal import FileOptions, command, option_names
+from cli.options import FileOptions
+from cli.terminal import command, option_names
 from robot_models import DanceError
 
 

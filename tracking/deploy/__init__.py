@@ -2,8 +2,11 @@
 
 from tracking.deploy.guard import Guard
 from tracking.deploy.loop import Performance, perform
-from tracking.deploy.rehearsal import run_robot
+from tracking.deploy.rehearsal import rehearsal_robot, run_robot
+from tracking.deploy.rehearsal_log import Rehearsed, performance_numbers
+from tracking.deploy.sdk_output import sdk_output_aside
 from tracking.deploy.stages import Controller, Stage, StageConfig
+from tracking.deploy.stopping import stop_key
 from tracking.deploy.transport import CRC_COMPLAINT, MOTORS, ControllerWire
 
 __all__ = [
@@ -13,8 +16,13 @@ __all__ = [
     "ControllerWire",
     "Guard",
     "Performance",
+    "Rehearsed",
     "Stage",
     "StageConfig",
     "perform",
+    "performance_numbers",
+    "rehearsal_robot",
     "run_robot",
+    "sdk_output_aside",
+    "stop_key",
 ]

@@ -6,9 +6,12 @@ command, and goes to damping when commands stop coming.
 
 from __future__ import annotations
 
+import contextlib
+import multiprocessing
 import os
 import signal
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from multiprocessing.synchronize import Event
 from pathlib import Path
@@ -124,3 +127,18 @@ def _sensors(body: _Body, rng: np.random.Generator) -> tuple[np.ndarray, np.ndar
         qpos[7:] + draw(noise.joint_pos, joints),
         qvel[6:] + draw(noise.joint_vel, joints),
     )
+
+
+@contextlib.contextmanager
+def rehearsal_robot(at: Path) -> Iterator[None]:
+    """The simulated robot's process, for as long as the block lasts."""
+    fresh = multiprocessing.get_context("spawn")
+    stop = fresh.Event()
+    process = fresh.Process(target=run_robot, args=("g1", at, stop), daemon=True)
+    process.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        process.join(10.0)
+        process.kill()

@@ -1,17 +1,22 @@
 """How well a policy performs: rollouts of the whole dance, one condition after another, and what a reference is worth."""
 
-from tracking.evaluation.condition_sweep import Cell, sweep
+from tracking.evaluation.condition_sweep import Cell, by_condition, sweep
+from tracking.evaluation.pose_stream import PoseStream, stream_policy, stream_reference
 from tracking.evaluation.reference_check import ReferenceCheck, check_reference
 from tracking.evaluation.rollouts import Evaluation, evaluate, evaluation_task, play, start
 
 __all__ = [
     "Cell",
     "Evaluation",
+    "PoseStream",
     "ReferenceCheck",
+    "by_condition",
     "check_reference",
     "evaluate",
     "evaluation_task",
     "play",
     "start",
+    "stream_policy",
+    "stream_reference",
     "sweep",
 ]

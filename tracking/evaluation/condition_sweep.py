@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -132,3 +132,11 @@ def _cell(
         threads=1, engine=ENGINES[engine],
     )  # fmt: skip
     return Cell(condition=condition, engine=engine, result=result)
+
+
+def by_condition(cells: Sequence[Cell]) -> Mapping[str, Mapping[str, Cell]]:
+    """Condition -> engine -> cell, in the order of the cells."""
+    rows: dict[str, dict[str, Cell]] = {}
+    for cell in cells:
+        rows.setdefault(cell.condition, {})[cell.engine] = cell
+    return rows

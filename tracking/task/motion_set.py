@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 
 from clips import Reference, check_reference_against, load_reference
-from robot_models import RobotModel
+from robot_models import DanceError, RobotModel, load_robot
 from tracking.errors import TrackingError
 
 _HARD = "frames that physics does not allow"  # metric of a reference's report [%]
@@ -80,3 +80,83 @@ def repertoire_sha256(pieces: Sequence[Piece]) -> str:
 def bundle_folder(folder: Path, piece: Piece, pieces: Sequence[Piece]) -> Path:
     """Where a run keeps a piece's bundle: the run's folder itself, or one inside it where there are several."""
     return folder if len(pieces) == 1 else folder / piece.name
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Selection:
+    """What a policy shall learn: references of one robot, and what was left out of a folder, with why."""
+
+    robot: RobotModel
+    pieces: tuple[Piece, ...]
+    left_out: tuple[tuple[Path, str], ...]
+
+
+def select_pieces(paths: Sequence[Path], robot: str | None = None, *, below_gates: bool = False) -> Selection:
+    """References of one robot from files, and from all files of folders.
+
+    Args:
+        paths: references, or folders of them. What is named itself has to fit; what a folder has besides is left out.
+        robot: name or profile of the robot, where the references are not all of one.
+        below_gates: take references too whose gates failed.
+
+    Raises:
+        DanceError: a named file is no reference or below a gate; no reference is left; references of several robots.
+    """
+    files = [f for path in paths for f in (sorted(path.glob("*.npz")) if path.is_dir() else [path])]
+    pieces = {file: _read_if_reference(file, named=file in paths) for file in files}
+    model = load_robot(robot or _one_robot(paths, [p for p in pieces.values() if p is not None]))
+    kept, left_out = [], []
+    for file, piece in pieces.items():
+        why = _why_not(piece, model, named=file in paths, below_gates=below_gates)
+        if piece is None or why:
+            left_out.append((file, why))
+        else:
+            kept.append(piece)
+    if not kept:
+        raise TrackingError(
+            str(paths[0]), found=f"no reference of {model.name} inside its gates", expected="one at least",
+            option="anyway", suggestion=" ",
+        )  # fmt: skip
+    check_together(kept, model)
+    return Selection(robot=model, pieces=tuple(kept), left_out=tuple(left_out))
+
+
+def _one_robot(paths: Sequence[Path], pieces: Sequence[Piece]) -> str:
+    robots = sorted({piece.reference.robot for piece in pieces})
+    if not robots:
+        raise TrackingError(
+            " ".join(map(str, paths)), found="no reference", expected="references (.npz) of this project"
+        )
+    if len(robots) > 1:
+        raise TrackingError(
+            str(paths[0]), found=f"references of {', '.join(robots)}", expected="one robot's", cure="name it",
+            option="robot", suggestion=robots[0],
+        )  # fmt: skip
+    return robots[0]
+
+
+def _read_if_reference(file: Path, *, named: bool) -> Piece | None:
+    """A reference; None for a file that is none, which is refused where it was named."""
+    try:
+        return read_piece(file)
+    except DanceError:
+        if named:
+            raise
+        return None
+
+
+def _why_not(piece: Piece | None, robot: RobotModel, *, named: bool, below_gates: bool) -> str:
+    """Why a folder's file is left out, "" where it is not."""
+    if piece is None:
+        return f"no reference, not {robot.name}"
+    if piece.reference.robot != robot.name and not named:
+        return f"{piece.reference.robot}, not {robot.name}"
+    missed = ", ".join(piece.reference.failed_gates)
+    if not missed or below_gates:
+        return ""
+    if named:
+        raise TrackingError(
+            str(piece.path), found=f"gates that failed: {missed}", expected="a reference inside its gates",
+            cure="cut the clip or choose another robot", option="anyway", suggestion=" ",
+        )  # fmt: skip
+    return f"gates that failed: {missed}"

@@ -1,0 +1,70 @@
+"""The options of `dance-deploy`, and which of them cannot go together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from cli.options import ClipPath
+from tracking import TrackingError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Run a policy bundle over Unitree's DDS messages: damping, stand, dance, stand, damping.
+
+    By default nothing is sent: states are read, commands computed and counted. With --rehearse a simulated robot answers
+    on this machine's loopback, in a process of its own. A real robot needs --interface, --send and --confirm, a gantry,
+    a remote in somebody's hand, and docs/robot.md read to its end.
+
+    Enter or Ctrl-C stops at any time: damping, and nothing else until the command is given again.
+
+    Examples:
+        dance-deploy groove-g1 --rehearse
+        dance-deploy groove-g1 --rehearse --loops 4 --recording rehearsal.rrd --json rehearsal.json
+        dance-deploy groove-g1 --interface eth0
+        dance-deploy groove-g1 --interface eth0 --send --confirm eth0
+    """
+
+    bundle: ClipPath
+    """Folder of the bundle, or groove-g1."""
+    rehearse: bool = False
+    """Start a simulated robot on loopback, and send to it."""
+    interface: str = "lo"
+    """Network interface of the robot; lo, loopback, is this machine alone."""
+    send: bool = False
+    """Really send commands."""
+    confirm: str | None = None
+    """The interface's name once more, before anything is sent over a real one."""
+    loops: int = 1
+    """Dances, with a stand between them."""
+    stand: float = 1.0
+    """How long each stand lasts [s]."""
+    json: Path | None = None
+    """Write the numbers here."""
+    recording: Path | None = None
+    """Write a Rerun recording of the rehearsal here."""
+
+
+def check(args: Arguments) -> None:
+    """Refuse what cannot go together.
+
+    Raises:
+        TrackingError: options that contradict each other, or commands to a robot without a confirmation.
+    """
+    if args.rehearse and args.interface != "lo":
+        raise TrackingError(
+            "--rehearse", found=f"--interface {args.interface}", expected="a rehearsal on loopback alone"
+        )
+    if args.send and args.interface != "lo" and args.confirm != args.interface:
+        raise TrackingError(
+            "--send", found=f"commands to whatever is on {args.interface}",
+            expected="the interface's name once more, from somebody who stands by the robot with a remote",
+            option="confirm", suggestion=args.interface,
+        )  # fmt: skip
+    if args.recording is not None and not args.rehearse:
+        raise TrackingError(
+            "--recording", found="no rehearsal", expected="--rehearse: a real robot has no cameras here"
+        )
+    if args.loops < 1 or args.stand <= 0.0:
+        raise TrackingError("--loops, --stand", found=f"{args.loops}, {args.stand}", expected="positive numbers")

@@ -1,0 +1,54 @@
+"""The options of `dance-eval`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from cli.options import ClipPath
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Roll out a policy bundle over its whole dance and count how often it finishes.
+
+    The policy is played by the runner that stands on a robot: it knows the bundle alone, and first has to repeat the
+    golden trace of the training.
+
+    Examples:
+        dance-eval groove-g1
+        dance-eval groove-g1 --engine all --recording both.rrd
+        dance-eval runs/groove --rollouts 500 --json result.json
+        dance-eval groove-g1 --engine all --sweep --picture sweep.png
+        dance-eval runs/song
+    """
+
+    bundle: ClipPath
+    """Folder that dance-train wrote (policy.onnx, contract.json, golden.npz, reference.npz; of a policy that dances
+    several references, the run's folder: a row for each), or groove-dancer or
+    groove-g1, which come with the package. Also another tool's policy: an ONNX with BeyondMimic's metadata, or Unitree's
+    deploy.yaml with its policy.onnx beside it."""
+    ref: Path | None = None
+    """The reference that it shall perform, where it does not lie in the bundle."""
+    robot: str | None = None
+    """Its robot, or the path of a profile, where the policy does not say."""
+    engine: str = "mujoco"
+    """mujoco; physx-isaac (PhysX 5 as Isaac Lab trains, implicit drives at 5 ms); physx-motor (PhysX 5 with the servo
+    law of motor boards, clipped torques at 1 ms); physx for both of these, all for all three. PhysX needs the extra
+    sim2sim. warp: MuJoCo-Warp, the extra gpu."""
+    rollouts: int = 100
+    """How many, each with its own noise and robot."""
+    seed: int = 1
+    """Seed of noise and robots."""
+    randomisation: bool = True
+    """Draw every rollout's robot from the training ranges; otherwise the nominal one."""
+    sweep: bool = False
+    """Change one thing at a time (delay, gains, friction, mass, pushes, sensors) and evaluate under each."""
+    jobs: int = 0
+    """Processes of a sweep; 0: as many as the cores that this process may use."""
+    picture: Path | None = None
+    """Write the sweep's table as a picture here."""
+    json: Path | None = None
+    """Write the numbers here too."""
+    recording: Path | None = None
+    """Write a Rerun recording of the longest rollout in each engine here."""

@@ -1,0 +1,55 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from clips import ReadOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileOptions:
+    """What you state about the clip; a statement beats every guess."""
+
+    fps: float | None = None
+    """Frame rate of the file, where it does not say."""
+    unit: str | None = None
+    """Unit of its positions: m, cm, mm, inch, cmu, or a number of metres."""
+    up: str | None = None
+    """Its up axis: x, y, z, -x, -y or -z."""
+    stature: float | None = None
+    """Height of the person in metres; settles the scale of a file in unknown units."""
+    quat_order: str | None = None
+    """Order of its root quaternions: wxyz or xyzw."""
+    joint_order: str | None = None
+    """Order of its joint columns, where they have no names: mujoco (depth-first) or isaac (breadth-first)."""
+    source_robot: str | None = None
+    """The robot that a joint-space file was made for."""
+    skeleton: str | None = None
+    """The ASF that an AMC was recorded on, where it does not lie beside it."""
+    mapping: str | None = None
+    """A file that says which point is which part of the body, for skeletons that no custom tells apart."""
+    strict: bool = False
+    """Refuse a clip that needs any repair."""
+
+    def reading(self) -> ReadOptions:
+        """The same for the readers."""
+        return ReadOptions(
+            fps=self.fps,
+            unit=self.unit,
+            up=self.up,
+            stature=self.stature,
+            quat_order=self.quat_order,
+            joint_order=self.joint_order,
+            source_robot=self.source_robot,
+            skeleton=self.skeleton,
+            mapping=self.mapping,
+        )
+
+
+ClipPath = Annotated[Path, tyro.conf.Positional]
+Out = Annotated[Path | None, tyro.conf.arg(aliases=["-o"])]

@@ -1,0 +1,59 @@
+"""How far a command has come, told on stderr: a bar with the time to go, or a line now and then."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+_QUIET_S = 15.0  # between two lines of progress in a log
+
+
+class Tell(Protocol):
+    """Told how far a stage has come, with a note where there is something to say."""
+
+    def __call__(self, stage: str, done: int, total: int, note: str = "") -> None:
+        """One step further."""
+
+
+@contextmanager
+def progress(unit: str) -> Iterator[Tell]:
+    """A bar per stage on stderr, with the time to go; a line now and then where stderr is no terminal."""
+    if not sys.stderr.isatty():
+        yield _Lines(unit)
+        return
+    bar = Progress(
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeElapsedColumn(),
+        TextColumn("eta"), TimeRemainingColumn(), TextColumn("{task.fields[note]}"), console=Console(stderr=True),
+    )  # fmt: skip
+    tasks: dict[str, Any] = {}
+    with bar:
+
+        def tell(stage: str, done: int, total: int, note: str = "") -> None:
+            if stage not in tasks:
+                tasks[stage] = bar.add_task(f"{stage:<18}", total=total, note=note, completed=done)
+            bar.update(tasks[stage], completed=done, total=total, note=note)
+
+        yield tell
+
+
+class _Lines:
+    """Progress for log files: a line every quarter of a minute."""
+
+    def __init__(self, unit: str) -> None:
+        self._unit, self._said = unit, time.monotonic()
+        self._began: dict[str, tuple[float, int]] = {}  # when, and with how much done: a resumed run begins with some
+
+    def __call__(self, stage: str, done: int, total: int, note: str = "") -> None:
+        now = time.monotonic()
+        began, before = self._began.setdefault(stage, (now, done))
+        if now - self._said < _QUIET_S:
+            return
+        self._said = now
+        left = (now - began) / max(1, done - before) * (total - done)
+        print(f"{stage}: {done}/{total} {self._unit}, {left:.0f} s to go{', ' if note else ''}{note}", file=sys.stderr)

@@ -1,0 +1,46 @@
+"""Poses in MuJoCo's viewer, in real time."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from clips import OutputError
+
+if TYPE_CHECKING:
+    from tracking.evaluation import PoseStream
+
+
+def has_display() -> bool:
+    """Whether a window can be opened here."""
+    return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def show_live(show: PoseStream) -> int:
+    """In a window, in real time; returns the number of frames shown."""
+    import mujoco
+
+    if not has_display():
+        raise OutputError(
+            "viewer",
+            found="no display",
+            expected="one",
+            cure="write a film instead",
+            option="film",
+            suggestion="out.mp4",
+        )
+    import mujoco.viewer
+
+    data, shown = mujoco.MjData(show.robot.model), 0
+    with mujoco.viewer.launch_passive(show.robot.model, data) as window:
+        began = time.perf_counter()
+        for shown, (qpos, _) in enumerate(show.poses, start=1):
+            if not window.is_running():
+                return show.frames  # closed by hand: nobody fell
+            data.qpos[:] = qpos
+            mujoco.mj_forward(show.robot.model, data)
+            window.sync()
+            time.sleep(max(0.0, began + shown / show.fps - time.perf_counter()))
+    return shown

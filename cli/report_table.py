@@ -1,0 +1,19 @@
+"""The report of a reference as a table for the terminal."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from retarget import Report
+
+
+def print_report(report: Report, console: Console) -> None:
+    """Every number of the report, the gates marked."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in ("", "measured", "value", "gate"):
+        table.add_column(column, justify="right" if column in ("value", "gate") else "left")
+    for m in report.metrics:
+        mark = "" if m.limit is None else "[green]ok[/]" if m.passed else "[red]FAIL[/]"
+        table.add_row(mark, m.name, f"{m.value:.4g} {m.unit}", "" if m.limit is None else f"{m.limit:.4g}")
+    console.print(table)

@@ -1,0 +1,75 @@
+"""The options of `dance-train`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from cli.options import Out
+from tracking import TrainConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Train a policy that performs a reference; no GPU needed.
+
+    Writes a folder: policy.onnx + contract.json (the bundle), checkpoint.pt, curves.csv, TensorBoard events and a
+    Rerun recording of the policy beside the ghost of its reference.
+
+    Examples:
+        dance-train --ref out.npz
+        dance-train --ref out.npz --check-ref
+        dance-train --ref out.npz --minutes 2
+        dance-train --ref out.npz -o runs/groove --resume
+        dance-train --ref verse.npz chorus.npz -o runs/song
+        dance-train --ref references -o runs/all --steps 50000000
+        tensorboard --logdir runs
+        torchrun --nproc-per-node 2 --no-python dance-train --ref out.npz
+    """
+
+    ref: tuple[Path, ...]
+    """The reference (.npz) that dance-retarget wrote; or several of one robot, or a folder of them, for one policy."""
+    robot: str | None = None
+    """Its robot, where the reference's is not a built-in one (path of a profile), or a folder has several robots'."""
+    out: Out = None
+    """Folder of the run, which is the bundle; of several references each has its bundle inside. Default:
+    runs/<reference>."""
+    steps: int = TrainConfig.steps
+    """Budget in control steps of all environments together; the schedules run over it."""
+    minutes: float = TrainConfig.minutes
+    """Stop after this much time, whatever the steps."""
+    envs: int = TrainConfig.envs
+    """Environments side by side."""
+    seed: int = TrainConfig.seed
+    """Seed of everything random."""
+    threads: int = TrainConfig.threads
+    """Threads of physics and networks; 0: as many as this process may use."""
+    engine: Literal["mujoco", "warp"] = "mujoco"
+    """Physics of the training: MuJoCo on the processor's cores, or MuJoCo-Warp on a CUDA device (extra gpu)."""
+    target: float = TrainConfig.target
+    """Stop early when this share of evaluation rollouts finishes (of several dances in each), twice in a row."""
+    randomisation: bool = True
+    """Give every environment a robot of its own (friction, masses, gains, motors, biases, delays) and pushes."""
+    resume: bool = False
+    """Go on from the run's checkpoint."""
+    recording: bool = True
+    """Write a Rerun recording at the end."""
+    check_ref: bool = False
+    """Only play the reference: perfectly, and with zero action. No training."""
+    anyway: bool = False
+    """Train on a reference whose gates failed."""
+
+    def config(self) -> TrainConfig:
+        """All numbers of the run."""
+        base = TrainConfig(
+            steps=self.steps,
+            minutes=self.minutes,
+            envs=self.envs,
+            seed=self.seed,
+            threads=self.threads,
+            target=self.target,
+            engine=self.engine,
+        )
+        draw = replace(base.task.randomisation, enabled=self.randomisation)
+        return replace(base, task=replace(base.task, randomisation=draw))

@@ -1,0 +1,58 @@
+"""Something to watch: poses as they come, of a reference as it is or of a policy that dances it in the simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips import load_reference
+from robot_models import RobotModel, load_robot
+from tracking.config import StartNoise, TaskConfig
+from tracking.evaluation.rollouts import evaluation_task, play, start
+from tracking.policy import load_bundle
+from tracking.task import TrackingTask
+
+Pose = tuple[Float[ndarray, "nq"], Float[ndarray, "nq"] | None]
+"""qpos, and that of the ghost."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PoseStream:
+    """Poses one after the other, and the reference's beside them where a policy dances."""
+
+    robot: RobotModel
+    fps: float
+    frames: int
+    poses: Iterator[Pose]
+
+
+def stream_reference(path: Path, robot: str | None = None) -> PoseStream:
+    """A reference as it is, without physics; the robot's profile where it is not a built-in one."""
+    model = load_robot(robot or load_reference(path).robot)
+    reference = load_reference(path, model)
+    poses: Iterator[Pose] = ((q, None) for q in reference.qpos)
+    return PoseStream(robot=model, fps=reference.fps, frames=reference.frames, poses=poses)
+
+
+def stream_policy(path: Path, robot: str | None = None, seed: int = 1) -> PoseStream:
+    """A bundle's policy on its nominal robot, with noisy sensors, from the first frame of the lead-in."""
+    bundle = load_bundle(path, robot=robot)
+    config = evaluation_task(TaskConfig(start_noise=StartNoise(scale=0.0)), randomised=False)
+    task = TrackingTask(robot=bundle.robot, reference=bundle.reference, envs=1, config=config, seed=seed, threads=1)
+
+    def poses() -> Iterator[Pose]:
+        with closing(task):
+            task.reset(np.array([0]), np.array([0]))
+            start(bundle.runner, task, 0)
+            for ghost in bundle.reference.qpos:
+                yield task.physics.qpos[0].copy(), ghost
+                if play(bundle.runner, task).terminated[0]:
+                    break
+
+    return PoseStream(robot=bundle.robot, fps=bundle.reference.fps, frames=bundle.reference.frames, poses=poses())
