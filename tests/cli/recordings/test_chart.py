@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from cli.recordings.chart import save_sweep
-from tracking import TrackingError
+from clips import OutputError
 
 ENGINES = ("mujoco", "physx-motor")
 ROWS = {
@@ -53,6 +53,6 @@ def test_the_files_name_says_its_format_and_png_is_what_none_means(tmp_path, nam
 
 def test_without_matplotlib_the_line_that_installs_it_is_told(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(TrackingError, match=r"no matplotlib.*pip install 'dance-retarget\[sim2sim\]'"):
+    with pytest.raises(OutputError, match=r"no matplotlib.*pip install 'dance-retarget\[sim2sim\]'"):
         save_sweep(tmp_path / "s.png", ROWS, ENGINES, "a dance")
     assert not list(tmp_path.iterdir())
