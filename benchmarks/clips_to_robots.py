@@ -13,22 +13,22 @@ import platform
 import time
 from pathlib import Path
 
-from clips import Clip, ReadOptions, cut, read_clip
+from clips import Clip, MetricKey, ReadOptions, cut, read_clip
 from retarget import retarget
 from robot_models import DanceError, installed, load_robot
 
 COLUMNS = {
-    "joint position beyond limits": "over limits rad",
-    "joint speed, share of the motor's": "speed share",
-    "joint jerk, p95": "jerk p95",
-    "deepest point under the floor": "under floor mm",
-    "deepest self-collision": "self-coll. mm",
-    "speed of a touching edge, mean": "touch cm/s",
-    "slide per touch, mean": "slide mm",
-    "slide per touch, worst": "worst mm",
-    "airborne frames": "airborne %",
-    "airborne frames of the source": "source %",
-    "limb direction error": "limbs deg",
+    MetricKey.POSITION_BEYOND_LIMITS: "over limits rad",
+    MetricKey.SPEED_SHARE: "speed share",
+    MetricKey.JERK_P95: "jerk p95",
+    MetricKey.PENETRATION: "under floor mm",
+    MetricKey.SELF_COLLISION: "self-coll. mm",
+    MetricKey.CONTACT_SPEED: "touch cm/s",
+    MetricKey.SLIDE_MEAN: "slide mm",
+    MetricKey.SLIDE_WORST: "worst mm",
+    MetricKey.AIRBORNE: "airborne %",
+    MetricKey.AIRBORNE_SOURCE: "source %",
+    MetricKey.LIMB_DIRECTION_ERROR: "limbs deg",
 }
 # Files that do not say their rate; it stands in their data set's card.
 RATES = {"g1_gangnam_style_60hz.csv": 60.0, "g1moves_tiktok.csv": 60.0, "lafan1_g1_dance1_subject2.csv": 30.0}
@@ -69,7 +69,7 @@ def row(robot_name: str, file: Path, seconds: float) -> str:
     began = time.perf_counter()
     result = retarget(clip, robot)
     rate = result.reference.frames / (time.perf_counter() - began)
-    values = {m.name: m.value for m in result.report.metrics}
+    values = {m.key: m.value for m in result.report.metrics}
     failed = ", ".join(COLUMNS.get(m.name, m.name) for m in result.report.failures)
     cells = [f"{values[n]:.3g}" for n in COLUMNS]
     return f"| {robot_name} | {file.name} | {failed or 'pass'} | {rate:.0f} | {' | '.join(cells)} |"

@@ -20,27 +20,27 @@ import mink
 import numpy as np
 from numpy import ndarray
 
-from clips import ReadOptions, RobotClip, cut, make_reference, read_clip, repaired
+from clips import MetricKey, ReadOptions, RobotClip, cut, make_reference, read_clip, repaired
 from clips.edit import recentred, resample
 from retarget import RetargetConfig, measure, retarget
 from retarget.targets import Targets, as_figure, find_contacts, make_targets
 from robot_models import FEET, RobotModel, load_robot
 
 COLUMNS = {  # of the report, and their heads here
-    "frames under the floor": "under floor %",
-    "deepest point under the floor": "deepest mm",
-    "speed of a touching edge, mean": "touching cm/s",
-    "slide per touch, mean": "slide mm",
-    "slide per touch, worst": "worst mm",
-    "height of a touching edge, mean": "height mm",
-    "joint speed, share of the motor's": "speed share",
-    "joint acceleration, share of the motor's": "acc. share",
-    "joint jerk, p95": "jerk p95",
-    "frames with self-collision": "self-coll. %",
-    "deepest self-collision": "deepest mm",
-    "airborne frames": "airborne %",
-    "airborne frames of the source": "source's airborne %",
-    "limb direction error": "limbs °",
+    MetricKey.FRAMES_UNDER_FLOOR: "under floor %",
+    MetricKey.PENETRATION: "deepest mm",
+    MetricKey.CONTACT_SPEED: "touching cm/s",
+    MetricKey.SLIDE_MEAN: "slide mm",
+    MetricKey.SLIDE_WORST: "worst mm",
+    MetricKey.CONTACT_HEIGHT: "height mm",
+    MetricKey.SPEED_SHARE: "speed share",
+    MetricKey.ACCELERATION_SHARE: "acc. share",
+    MetricKey.JERK_P95: "jerk p95",
+    MetricKey.FRAMES_SELF_COLLIDING: "self-coll. %",
+    MetricKey.SELF_COLLISION: "deepest mm",
+    MetricKey.AIRBORNE: "airborne %",
+    MetricKey.AIRBORNE_SOURCE: "source's airborne %",
+    MetricKey.LIMB_DIRECTION_ERROR: "limbs °",
 }
 
 
@@ -69,10 +69,10 @@ def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, re
     qpos, rate_b = timed(lambda: loop_b(robot, free), source.frames)
     segments = np.array([[0, source.frames, 0]])
     baseline = make_reference(robot, qpos, config.fps, contact=contacts.labels, segments=segments, meta={})
-    judged_b = {m.name: m for m in measure(baseline, robot, source, config.gates).metrics}
+    judged_b = {m.key: m for m in measure(baseline, robot, source, config.gates).metrics}
     retarget(cut(clip, 0.0, 1.0), robot, config)  # imports
     ours, rate = timed(lambda: retarget(clip, robot, config), source.frames)
-    judged = {m.name: m for m in ours.report.metrics}
+    judged = {m.key: m for m in ours.report.metrics}
     if recordings is not None:
         from cli.recordings import save_comparison
 

@@ -8,12 +8,13 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from clips import MetricKey
 from retarget.workflows import Outcome
 
 _COLUMNS = (  # of the table on the screen: metric, heading, digits
-    ("deepest point under the floor", "floor mm", 1), ("deepest self-collision", "self mm", 1),
-    ("limb direction error", "limbs deg", 1), ("slide per touch, worst", "slide mm", 1),
-    ("frames that physics does not allow", "physics %", 0),
+    (MetricKey.PENETRATION, "floor mm", 1), (MetricKey.SELF_COLLISION, "self mm", 1),
+    (MetricKey.LIMB_DIRECTION_ERROR, "limbs deg", 1), (MetricKey.SLIDE_WORST, "slide mm", 1),
+    (MetricKey.IMPOSSIBLE_FRAMES, "physics %", 0),
 )  # fmt: skip
 _STYLE = {"keep": "green", "down-weight": "yellow", "quarantine": "red", "exclude": "red"}
 

@@ -15,5 +15,5 @@ def print_report(report: Report, console: Console) -> None:
         table.add_column(column, justify="right" if column in ("value", "gate") else "left")
     for m in report.metrics:
         mark = "" if m.limit is None else "[green]ok[/]" if m.passed else "[red]FAIL[/]"
-        table.add_row(mark, m.name, f"{m.value:.4g} {m.unit}", "" if m.limit is None else f"{m.limit:.4g}")
+        table.add_row(mark, m.label, f"{m.value:.4g} {m.unit}", "" if m.limit is None else f"{m.limit:.4g}")
     console.print(table)

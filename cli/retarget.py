@@ -46,12 +46,9 @@ def run(args: Arguments) -> int:
     clip = _read(args.clip, args, args.start, args.end)
     contacts = read_contacts(args.contacts) if args.contacts else ()
     keys = read_keys(args.keys) if args.keys else ()
-    console.print(f"[bold]{args.clip.name}[/]: {clip.source.dialect}, {clip.frames} frames at {clip.fps:.6g} fps")
-    for finding in clip.source.findings:
-        console.print(f"  {finding}", markup=False)
-    for repair in clip.source.repairs:
-        console.print(f"  repaired: {repair}", markup=False)
     more = [_read(path, args) for path in args.then]
+    for path, part in zip((args.clip, *args.then), (clip, *more), strict=True):
+        _tell_conventions(console, path, part)
     dances = [clip, *more] * args.loop
     seams: list[Seam] = []
     config = args.config()
@@ -64,7 +61,8 @@ def run(args: Arguments) -> int:
         else:
             result = retarget(clip, robot, config, contacts=contacts, keys=keys, progress=tell)
     rate = result.reference.frames / (time.perf_counter() - began)
-    out = args.out or Path(f"{args.clip.stem}_{robot.name}.npz")
+    names = dict.fromkeys(path.stem for path in (args.clip, *args.then))
+    out = args.out or Path(f"{'_'.join(names)}_{robot.name}.npz")
     save_reference(result.reference, out, float32=args.float32)
     written = [out]
     if args.write_contacts:
@@ -78,6 +76,14 @@ def run(args: Arguments) -> int:
     for seam in seams:
         console.print(f"{seam}", markup=False)
     return _summary(console, result, written, rate)
+
+
+def _tell_conventions(console: Console, path: Path, clip: Clip) -> None:
+    console.print(f"[bold]{path.name}[/]: {clip.source.dialect}, {clip.frames} frames at {clip.fps:.6g} fps")
+    for finding in clip.source.findings:
+        console.print(f"  {finding}", markup=False)
+    for repair in clip.source.repairs:
+        console.print(f"  repaired: {repair}", markup=False)
 
 
 def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Clip:
@@ -108,5 +114,5 @@ def _summary(console: Console, result: Retargeted, written: list[Path], rate: fl
     if report.passed:
         console.print("[green]all gates hold[/]")
         return DONE
-    console.print(f"[red]below the gate[/]: {', '.join(m.name for m in report.failures)}")
+    console.print(f"[red]below the gate[/]: {', '.join(m.label for m in report.failures)}")
     return BELOW_GATE

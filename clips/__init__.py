@@ -4,6 +4,7 @@ from clips.clip import OPTIONAL, REQUIRED, Clip, HumanClip, RobotClip, full_qpos
 from clips.edit import at_speed, cut, mirrored, repaired, resample, warped
 from clips.errors import ClipError, ReferenceFileError
 from clips.files import OutputError, aside, write_whole
+from clips.metrics import MetricKey, metric_key, metric_label
 from clips.provenance import ClipSource, Finding, ReadOptions, Repair
 from clips.readers import read_clip
 from clips.reference import (
@@ -30,6 +31,7 @@ __all__ = [
     "ClipSource",
     "Finding",
     "HumanClip",
+    "MetricKey",
     "OutputError",
     "ReadOptions",
     "Reference",
@@ -43,6 +45,8 @@ __all__ = [
     "full_qpos",
     "load_reference",
     "make_reference",
+    "metric_key",
+    "metric_label",
     "mirrored",
     "read_back",
     "read_clip",

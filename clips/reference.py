@@ -20,6 +20,7 @@ from numpy import ndarray
 
 from clips.errors import ReferenceFileError
 from clips.files import write_whole
+from clips.metrics import metric_key, metric_label
 from robot_models import CONTACT_NAMES, RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
 
@@ -117,18 +118,25 @@ class Reference:
 
     @property
     def failed_gates(self) -> tuple[str, ...]:
-        """Names of the gates that it missed when it was made, as far as its file says."""
-        report: Mapping[str, Mapping[str, Any]] = self.meta.get("report", {})
-        return tuple(name for name, measured in report.items() if not measured["passed"])
+        """Titles of the gates that it missed when it was made, as far as its file says."""
+        return tuple(metric_label(key) for key, measured in self.report.items() if not measured["passed"])
+
+    @property
+    def report(self) -> Mapping[str, Mapping[str, Any]]:
+        """What was measured on it when it was made: value, unit, limit and passed, by `MetricKey`; {} if unknown."""
+        return {metric_key(name): measured for name, measured in self.meta.get("report", {}).items()}
 
     @property
     def dance(self) -> slice:
         """Frames of the dance itself, between lead-in and lead-out; from the first to the last of several."""
+        return slice(self.dances[0].start, self.dances[-1].stop)
+
+    @property
+    def dances(self) -> tuple[slice, ...]:
+        """Frames of each dance; all of them where nothing is said of segments."""
         kinds = np.array(self.meta.get("segment_names", ()))
-        dances = self.segments[np.flatnonzero(kinds == "dance")]
-        if not len(dances):
-            return slice(0, self.frames)
-        return slice(int(dances[0, 0]), int(dances[-1, 1]))
+        found = self.segments[np.flatnonzero(kinds == "dance")]
+        return tuple(slice(int(a), int(b)) for a, b, _ in found) or (slice(0, self.frames),)
 
 
 def _refused(what: str, found: str, expected: str) -> ReferenceFileError:

@@ -46,10 +46,15 @@ class Retargeted:
     robot: RobotModel
     reference: Reference
     report: Report
-    source: HumanClip  # at the reference's frame rate; its frames are the reference's dance
+    sources: tuple[HumanClip, ...]  # at the reference's frame rate; one for each dance of the reference
     contacts: Contacts
     targets: Targets
     dynamics: Dynamics | None  # None where it was not asked for or Pinocchio is not installed
+
+    @property
+    def source(self) -> HumanClip:
+        """What was recorded; of several dances the first."""
+        return self.sources[0]
 
 
 @one_blas_thread()
@@ -91,7 +96,7 @@ def retarget(
         robot=robot,
         reference=finished(bare, meta_of([part.source], config, report), dynamics),
         report=report,
-        source=part.source,
+        sources=(part.source,),
         contacts=part.contacts,
         targets=part.targets,
         dynamics=dynamics,

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from clips import HumanClip, Reference
+from clips import HumanClip, MetricKey, Reference
 from clips.edit import new_times, sample
 from retarget.config import Gates
 from retarget.dynamics import Dynamics
@@ -33,16 +33,25 @@ _UP = 0.02  # a lowest point higher than this is in the air [m]
 class Metric:
     """One measured number; `limit` is its gate, None where it is only told."""
 
-    name: str
+    key: MetricKey
     value: float
     unit: str
     meaning: str
     limit: float | None = None
 
     @property
+    def label(self) -> str:
+        """What it is, in words."""
+        return self.key.label
+
+    @property
     def passed(self) -> bool:
         """Whether the gate holds; a number without a gate cannot fail."""
         return self.limit is None or self.value <= self.limit
+
+    def worse_than(self, other: Metric) -> bool:
+        """Whether it is the worse of two values of one metric."""
+        return self.value < other.value if self.key.higher_is_better else self.value > other.value
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,6 +60,14 @@ class Report:
 
     metrics: tuple[Metric, ...]
     series: Mapping[str, Float[ndarray, "T ..."]]
+
+    def __getitem__(self, key: MetricKey) -> Metric:
+        """The metric of a key.
+
+        Raises:
+            KeyError: it was not measured, as physics without Pinocchio.
+        """
+        return {m.key: m for m in self.metrics}[key]
 
     @property
     def passed(self) -> bool:
@@ -65,7 +82,7 @@ class Report:
     def as_dict(self) -> dict[str, object]:
         """Numbers for the reference's meta entry."""
         return {
-            m.name: {"value": round(m.value, 6), "unit": m.unit, "limit": m.limit, "passed": m.passed}
+            str(m.key): {"value": round(m.value, 6), "unit": m.unit, "limit": m.limit, "passed": m.passed}
             for m in self.metrics
         }
 
@@ -88,15 +105,15 @@ def measure(
     feet, feet_series = _feet(reference, robot, source, gates)
     flight = _flight(lowest, reference.dance, source, gates)
     body = [
-        Metric(name="deepest point under the floor", value=1e3 * max(0.0, -float(lowest.min())), unit="mm",
+        Metric(key=MetricKey.PENETRATION, value=1e3 * max(0.0, -float(lowest.min())), unit="mm",
                meaning="soles and body primitives, all frames", limit=gates.penetration_mm),
-        Metric(name="frames under the floor", value=100.0 * float((lowest < -0.002).mean()), unit="%",
+        Metric(key=MetricKey.FRAMES_UNDER_FLOOR, value=100.0 * float((lowest < -0.002).mean()), unit="%",
                meaning="lowest point more than 2 mm under the floor"),
-        Metric(name="deepest self-collision", value=1e3 * float(overlap.max()), unit="mm",
+        Metric(key=MetricKey.SELF_COLLISION, value=1e3 * float(overlap.max()), unit="mm",
                meaning="overlap of two bodies' primitives", limit=gates.self_collision_mm),
-        Metric(name="frames with self-collision", value=100.0 * float((overlap > 0.005).mean()), unit="%",
+        Metric(key=MetricKey.FRAMES_SELF_COLLIDING, value=100.0 * float((overlap > 0.005).mean()), unit="%",
                meaning="an overlap deeper than 5 mm"),
-        Metric(name="limb direction error", value=_limb_error(reference, robot, source), unit="deg",
+        Metric(key=MetricKey.LIMB_DIRECTION_ERROR, value=_limb_error(reference, robot, source), unit="deg",
                meaning="thighs, shins, upper arms, forearms against the source, world frame"),
     ]  # fmt: skip
     series = {
@@ -113,9 +130,9 @@ def measure(
 
 def _physics(dynamics: Dynamics) -> list[Metric]:
     return [
-        Metric(name="frames that physics does not allow", value=100.0 * float((dynamics.score >= 1.0).mean()), unit="%",
+        Metric(key=MetricKey.IMPOSSIBLE_FRAMES, value=100.0 * float((dynamics.score >= 1.0).mean()), unit="%",
                meaning="the floor or the motors cannot give what the motion needs"),
-        Metric(name="joint torque, share of the motor's", value=float(np.percentile(dynamics.effort_share, 99)), unit="",
+        Metric(key=MetricKey.TORQUE_SHARE, value=float(np.percentile(dynamics.effort_share, 99)), unit="",
                meaning="99th percentile over frames, worst joint of each"),
     ]  # fmt: skip
 
@@ -129,15 +146,15 @@ def _joints(reference: Reference, robot: RobotModel, gates: Gates) -> list[Metri
     rate = min(_RATE, reference.fps)
     d1, d2, d3 = (_derivative(at_rate, n, rate) for n in (1, 2, 3))
     return [
-        Metric(name="joint position beyond limits", value=max(0.0, beyond), unit="rad", meaning="worst joint, all frames",
+        Metric(key=MetricKey.POSITION_BEYOND_LIMITS, value=max(0.0, beyond), unit="rad", meaning="worst joint, all frames",
                limit=gates.joint_limit_rad),
-        Metric(name="joint speed, share of the motor's", value=speed.most, unit="", meaning=speed.where(robot),
+        Metric(key=MetricKey.SPEED_SHARE, value=speed.most, unit="", meaning=speed.where(robot),
                limit=gates.speed_share),
-        Metric(name="joint acceleration, share of the motor's", value=acceleration.most, unit="",
+        Metric(key=MetricKey.ACCELERATION_SHARE, value=acceleration.most, unit="",
                meaning=acceleration.where(robot), limit=gates.acceleration_share),
-        Metric(name="joint speed, max", value=float(d1.max()), unit="rad/s", meaning=f"at {rate:g} Hz"),
-        Metric(name="joint acceleration, p95", value=float(np.percentile(d2, 95)), unit="rad/s2", meaning=f"at {rate:g} Hz"),
-        Metric(name="joint jerk, p95", value=float(np.percentile(d3, 95)), unit="rad/s3", meaning=f"at {rate:g} Hz"),
+        Metric(key=MetricKey.SPEED_MAX, value=float(d1.max()), unit="rad/s", meaning=f"at {rate:g} Hz"),
+        Metric(key=MetricKey.ACCELERATION_P95, value=float(np.percentile(d2, 95)), unit="rad/s2", meaning=f"at {rate:g} Hz"),
+        Metric(key=MetricKey.JERK_P95, value=float(np.percentile(d3, 95)), unit="rad/s3", meaning=f"at {rate:g} Hz"),
     ]  # fmt: skip
 
 
@@ -193,15 +210,15 @@ def _feet(
     speed = np.full((reference.frames, 4), 0.0)
     speed[reference.dance.start + 1 : reference.dance.stop] = np.where(inside, steps, 0.0)
     metrics = [
-        Metric(name="speed of a touching edge, mean", value=100.0 * float(steps[inside].mean()) if inside.any() else 0.0,
+        Metric(key=MetricKey.CONTACT_SPEED, value=100.0 * float(steps[inside].mean()) if inside.any() else 0.0,
                unit="cm/s", meaning="heel and toe edges while the source's touch and do not pivot"),
-        Metric(name="slide per touch, mean", value=float(np.mean(slides)) if slides else 0.0, unit="mm",
+        Metric(key=MetricKey.SLIDE_MEAN, value=float(np.mean(slides)) if slides else 0.0, unit="mm",
                meaning="farthest from where the touch began"),
-        Metric(name="slide per touch, worst", value=max(slides, default=0.0), unit="mm", meaning="the same",
+        Metric(key=MetricKey.SLIDE_WORST, value=max(slides, default=0.0), unit="mm", meaning="the same",
                limit=gates.slide_mm),
-        Metric(name="height of a touching edge, mean", value=1e3 * float(height.mean()) if height.size else 0.0, unit="mm",
+        Metric(key=MetricKey.CONTACT_HEIGHT, value=1e3 * float(height.mean()) if height.size else 0.0, unit="mm",
                meaning="distance from the floor, pivots too"),
-        Metric(name="touching share of the source", value=100.0 * float(touching.mean()), unit="%",
+        Metric(key=MetricKey.CONTACT_SHARE, value=100.0 * float(touching.mean()), unit="%",
                meaning="of all edges and frames: how much the feet numbers rest on"),
     ]  # fmt: skip
     return metrics, {"slide of touching edges [m/s]": speed}
@@ -214,11 +231,11 @@ def _flight(lowest: ndarray, dance: slice, source: HumanClip, gates: Gates) -> l
     up = lowest > _UP
     share, leads = 100.0 * float(up[dance].mean()), np.delete(up, np.arange(len(up))[dance])
     return [
-        Metric(name="airborne frames", value=share, unit="%", meaning="lowest point over 2 cm up, dance only"),
-        Metric(name="airborne frames of the source", value=source_share, unit="%", meaning="toes and ankles over 4 cm up"),
-        Metric(name="airborne frames, off the source", value=abs(share - source_share), unit="points",
+        Metric(key=MetricKey.AIRBORNE, value=share, unit="%", meaning="lowest point over 2 cm up, dance only"),
+        Metric(key=MetricKey.AIRBORNE_SOURCE, value=source_share, unit="%", meaning="toes and ankles over 4 cm up"),
+        Metric(key=MetricKey.AIRBORNE_OFF_SOURCE, value=abs(share - source_share), unit="points",
                meaning="jumps that were lost or made", limit=gates.airborne_points),
-        Metric(name="hovering in the leads", value=float(leads.sum()), unit="frames",
+        Metric(key=MetricKey.HOVERING_LEADS, value=float(leads.sum()), unit="frames",
                meaning="lowest point over 2 cm up in lead-in or lead-out", limit=gates.hovering_frames),
     ]  # fmt: skip
 

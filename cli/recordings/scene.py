@@ -222,17 +222,18 @@ def markdown(text: str) -> Any:
     return rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
 
 
-def report_text(report: Report, source: HumanClip) -> str:
-    """Gates, and what the reader found, as markdown."""
+def report_text(report: Report, sources: Sequence[HumanClip]) -> str:
+    """Gates, and what the reader found in each of the clips, as markdown."""
     rows = [
-        f"| {'' if m.limit is None else 'ok' if m.passed else '**FAIL**'} | {m.name} | {m.value:.4g} {m.unit} | "
+        f"| {'' if m.limit is None else 'ok' if m.passed else '**FAIL**'} | {m.label} | {m.value:.4g} {m.unit} | "
         f"{'' if m.limit is None else f'{m.limit:.4g}'} |"
         for m in report.metrics
     ]
     verdict = "All gates hold." if report.passed else "**Some gates fail.**"
-    findings = "\n".join(f"- {f}" for f in source.source.findings)
     table = "\n".join(["| | measured | value | gate |", "|---|---|---|---|", *rows])
-    return f"# {source.source.file}\n{verdict}\n\n{table}\n\n## Recognised\n{source.source.dialect}\n\n{findings}\n"
+    found = {s.source.file: f"{s.source.dialect}\n\n" + "\n".join(f"- {f}" for f in s.source.findings) for s in sources}
+    recognised = "\n\n".join(f"## Recognised: {file}\n{text}" for file, text in found.items())
+    return f"# {', '.join(found)}\n{verdict}\n\n{table}\n\n{recognised}\n"
 
 
 def line_view(name: str, origin: str) -> Callable[[Any], Any]:

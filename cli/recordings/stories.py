@@ -20,17 +20,19 @@ if TYPE_CHECKING:
 
 def save_retargeting(path: Path, result: Retargeted) -> None:
     """Source, targets, robot, contacts and the report's curves of one retargeting."""
-    reference, robot, start = result.reference, result.robot, result.reference.dance.start
-    with scene.recording(path, f"{robot.name}: {result.source.source.file}") as log:
+    reference, robot = result.reference, result.robot
+    files = " | ".join(dict.fromkeys(source.source.file for source in result.sources))
+    with scene.recording(path, f"{robot.name}: {files}") as log:
         index = scene.timelines(np.arange(reference.frames), reference.fps)
         scene.lay_floor(log, reference.body_pos_w[:, 0], index, reference.fps)
         scene.draw_robot(log, "world/robot", visual_parts(robot))
         scene.move_robot(log, "world/robot", robot, reference.body_pos_w, reference.body_quat_w, index)
         scene.draw_soles(log, robot, reference, index)
-        scene.draw_source(log, result.source, start)
-        scene.draw_targets(log, result, start)
+        for source, dance in zip(result.sources, reference.dances, strict=True):
+            scene.draw_source(log, source, dance.start)
+        scene.draw_targets(log, result, reference.dance.start)
         scene.plot_curves(log, "plots/report", result.report.series, index)
-        log.log("report", scene.markdown(scene.report_text(result.report, result.source)), static=True)
+        log.log("report", scene.markdown(scene.report_text(result.report, result.sources)), static=True)
         plots = [scene.line_view(name, f"plots/report/{scene.slug(name)}") for name in result.report.series]
         scene.send_blueprint(log, plots)
 

@@ -15,7 +15,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Literal
 
-from clips import ReadOptions, read_clip, repaired, save_reference, write_whole
+from clips import MetricKey, ReadOptions, metric_label, read_clip, repaired, save_reference, write_whole
 from retarget.config import RetargetConfig
 from retarget.dynamics import hardest
 from retarget.errors import RetargetError
@@ -23,7 +23,7 @@ from retarget.pipeline import Retargeted, retarget
 from robot_models import DanceError, load_robot
 
 SUFFIXES = (".bvh", ".csv", ".pkl", ".npz", ".amc", ".c3d", ".txt", ".motion")
-_FORMAT = 1
+_FORMAT = 2
 Verdict = Literal["keep", "down-weight", "quarantine", "exclude"]
 
 
@@ -158,8 +158,8 @@ def run_job(job: Job, config: BatchConfig) -> Outcome:
 
 
 def _judged(job: Job, key: str, result: Retargeted, config: BatchConfig) -> Outcome:
-    metrics = {m.name: m.value for m in result.report.metrics}
-    hard = metrics.get("frames that physics does not allow", 0.0) > config.hard_share
+    metrics = {m.key: m.value for m in result.report.metrics}
+    hard = metrics.get(MetricKey.IMPOSSIBLE_FRAMES, 0.0) > config.hard_share
     verdict: Verdict = "quarantine" if result.report.failures else "down-weight" if hard else "keep"
     return Outcome(
         clip=str(job.clip),
@@ -167,8 +167,8 @@ def _judged(job: Job, key: str, result: Retargeted, config: BatchConfig) -> Outc
         key=key,
         verdict=verdict,
         seconds=result.reference.duration_s,
-        metrics=metrics,
-        failed=tuple(m.name for m in result.report.failures),
+        metrics={str(key): value for key, value in metrics.items()},
+        failed=tuple(m.label for m in result.report.failures),
         hardest=() if result.dynamics is None else tuple(map(str, hardest(result.dynamics, above=1.0, most=3))),
     )
 
@@ -216,12 +216,12 @@ def _result(future: Future[Outcome]) -> Outcome | None:
 
 
 def summary_rows(outcomes: Iterable[Outcome]) -> list[dict[str, object]]:
-    """One flat row per job, for a table: the metrics are columns."""
+    """One flat row per job, for a table: the metrics are columns, by their titles."""
     rows = []
     for o in outcomes:
         row: dict[str, object] = {
             "clip": o.clip, "robot": o.robot, "verdict": o.verdict, "seconds": o.seconds, "took_s": o.took_s,
             "failed": "; ".join(o.failed), "hardest": "; ".join(o.hardest), "message": o.message,
         }  # fmt: skip
-        rows.append(row | dict(o.metrics))
+        rows.append(row | {metric_label(key): value for key, value in o.metrics.items()})
     return rows

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from clips import Clip
+from clips import Clip, MetricKey
 from retarget.pipeline import Retargeted, retarget
 from robot_models import RobotModel
 from robot_models.draft import STANDS_S, standing_seconds
 
 # What to look at in a profile when a number of the report is off.
-_HINTS = {
-    "joint position": "ranges in the model file",
-    "joint speed": "[joints.velocity]: is the robot that slow?",
-    "joint acceleration": "[joints.effort] and [joints.armature]",
-    "deepest point under the floor": "[soles.*] (z, x, y) and the capsules of feet and shins",
-    "self-collision": "[capsules.*] and excludes: links that overlap by construction",
-    "slide": "[soles.*], and landmarks left_foot and right_foot",
-    "limb direction": "[landmarks]: hips, knees, shoulders, elbows, wrists; and whether at zero all face +x",
-    "airborne": "[soles.*].z",
-    "hovering": "[soles.*].z and [default_pose]",
+_SOLES = "[soles.*] (z, x, y)"
+_HINTS = {  # what to look at in a profile when a number of the report is off
+    MetricKey.POSITION_BEYOND_LIMITS: "ranges in the model file",
+    MetricKey.SPEED_SHARE: "[joints.velocity]: is the robot that slow?",
+    MetricKey.ACCELERATION_SHARE: "[joints.effort] and [joints.armature]",
+    MetricKey.PENETRATION: f"{_SOLES} and the capsules of feet and shins",
+    MetricKey.SELF_COLLISION: "[capsules.*] and excludes: links that overlap by construction",
+    MetricKey.SLIDE_WORST: "[soles.*], and landmarks left_foot and right_foot",
+    MetricKey.LIMB_DIRECTION_ERROR: (
+        "[landmarks]: hips, knees, shoulders, elbows, wrists; and whether at zero all face +x"
+    ),
+    MetricKey.AIRBORNE_OFF_SOURCE: _SOLES,
+    MetricKey.HOVERING_LEADS: f"{_SOLES} and [default_pose]",
 }
 _LIMB_ERROR = 20.0  # beyond which landmarks are doubted [deg]
 
@@ -38,10 +41,10 @@ class RobotCheck:
         if self.stood_s < STANDS_S:
             wrong.append("[joints.kp], [joints.kd], [default_pose] and [soles.*]: it falls when it should stand")
         for metric in self.result.report.metrics:
-            doubted = metric.name == "limb direction error" and metric.value > _LIMB_ERROR
+            doubted = metric.key is MetricKey.LIMB_DIRECTION_ERROR and metric.value > _LIMB_ERROR
             if not metric.passed or doubted:
-                hint = next((h for k, h in _HINTS.items() if k in metric.name), "the profile")
-                wrong.append(f"{hint}: {metric.name} is {metric.value:.3g} {metric.unit}")
+                hint = _HINTS.get(metric.key, "the profile")
+                wrong.append(f"{hint}: {metric.label} is {metric.value:.3g} {metric.unit}")
         return tuple(wrong)
 
 

@@ -27,7 +27,7 @@ from retarget.pipeline import (
     reference_of,
     solved,
 )
-from retarget.report import Metric, Report, measure
+from retarget.report import Report, measure
 from retarget.targets import FootTargets, Padded, Targets, add_leads, blend_frames, joined, smoothstep, targets_of
 from robot_models import RobotModel
 from robot_models.maths import one_blas_thread
@@ -98,7 +98,7 @@ def medley(
         robot=robot,
         reference=finished(bare, meta_of(sources, config, report), dynamics),
         report=report,
-        source=sources[0],
+        sources=tuple(sources),
         contacts=parts[0].contacts,
         targets=padded.targets.at(np.arange(padded.dance.start, padded.dance.stop)),
         dynamics=dynamics,
@@ -197,7 +197,7 @@ def _worst(
         names=tuple(n if i == padded.names.index("dance") else n.replace("dance", "other") for i, n in enumerate(padded.names)),
     )  # fmt: skip
     whole = measure(reference_of(robot, qpos, first, config), robot, sources[0], config.gates, dynamics)
-    worst: dict[str, Metric] = {m.name: m for m in whole.metrics}
+    worst = {m.key: m for m in whole.metrics}
     dances = [s for s, n in zip(padded.segments, padded.names, strict=True) if n == "dance"]
     for (a, b, _), source in list(zip(dances, sources, strict=True))[1:]:
         alone = make_reference(
@@ -209,6 +209,6 @@ def _worst(
             meta={},
         )
         for metric in measure(alone, robot, source, config.gates).metrics:
-            if metric.value > worst[metric.name].value:
-                worst[metric.name] = metric
+            if metric.worse_than(worst[metric.key]):
+                worst[metric.key] = metric
     return Report(metrics=tuple(worst.values()), series=whole.series)

@@ -13,7 +13,7 @@ from cli.options import FileOptions
 from cli.progress import progress
 from cli.report_table import print_report
 from cli.terminal import BELOW_GATE, DONE, REFUSED, command, complain, flag, option_names
-from clips import ReadOptions
+from clips import MetricKey, ReadOptions
 from clips.identify.mapping import UnknownSkeleton
 from retarget import Report
 from retarget.report import Metric
@@ -181,13 +181,14 @@ def test_a_log_is_told_a_line_a_quarter_of_a_minute_and_each_stage_by_itself(mon
 
 
 def test_a_report_marks_gates_that_hold_and_that_do_not_and_no_others(capsys):
-    def metric(name, value, limit):
-        return Metric(name=name, value=value, unit="mm", meaning="", limit=limit)
+    def metric(key, value, limit):
+        return Metric(key=key, value=value, unit="mm", meaning="", limit=limit)
 
-    report = Report(metrics=(metric("good", 1.0, 2.0), metric("bad", 3.0, 2.0), metric("told", 4.0, None)), series={})
+    good, bad, told = MetricKey.PENETRATION, MetricKey.SELF_COLLISION, MetricKey.AIRBORNE
+    report = Report(metrics=(metric(good, 1.0, 2.0), metric(bad, 3.0, 2.0), metric(told, 4.0, None)), series={})
     print_report(report, Console(width=100))
     rows = {line.split(" mm")[0].strip(): line for line in capsys.readouterr().out.splitlines()[1:]}
-    assert [line.split()[0] for line in rows.values()] == ["ok", "FAIL", "told"]
+    assert [line.split()[0] for line in rows.values()] == ["ok", "FAIL", "airborne"]
 
 
 def test_a_command_describes_itself_and_takes_its_options_without_prefixes(capsys):

@@ -3,13 +3,13 @@
 import dataclasses
 
 import cli.verify
-from clips import load_reference, save_reference
+from clips import MetricKey, load_reference, save_reference
 
 
 def test_a_gate_that_failed_when_the_reference_was_made_is_named(groove_file, tmp_path, capsys):
     reference = load_reference(groove_file)
     report = {k: dict(v) for k, v in reference.meta["report"].items()}
-    report["deepest self-collision"] |= {"value": 32.0, "passed": False}
+    report[MetricKey.SELF_COLLISION] |= {"value": 32.0, "passed": False}
     broken = dataclasses.replace(reference, meta={**reference.meta, "report": report})
     save_reference(broken, tmp_path / "broken.npz")
     assert cli.verify.main([str(tmp_path / "broken.npz")]) == 1

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from cli.verify import main
-from clips import load_reference, save_reference
+from clips import load_reference, metric_label, save_reference
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def test_a_gate_that_was_missed_fails_by_name(alone, capsys):
     report[name] = report[name] | {"passed": False}
     save_reference(dataclasses.replace(reference, meta=reference.meta | {"report": report}), alone)
     assert main([str(alone)]) == 1
-    assert f"FAIL  gates: {name}" in capsys.readouterr().out
+    assert f"FAIL  gates: {metric_label(name)}" in capsys.readouterr().out
 
 
 def test_a_source_of_the_same_name_beside_it_is_looked_at_unasked(alone, capsys):

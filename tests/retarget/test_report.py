@@ -8,7 +8,7 @@ from dynamics_by_hand import dynamics_by_hand
 from person import elsewhere, person, standing_feet, stepping
 from standing import reference_of, standing
 
-from clips import RobotClip
+from clips import MetricKey, RobotClip
 from retarget import Gates, Metric, Report, measure
 from retarget.report import touch_labels
 from retarget.targets.robot_figure import as_figure
@@ -39,14 +39,16 @@ def itself(robot, qpos):
 def numbers(robot, qpos, source=None, **reference):
     source = itself(robot, qpos) if source is None else source
     report = measure(reference_of(robot, qpos, **reference), robot, source, Gates())
-    return {m.name: m.value for m in report.metrics}
+    return {m.key: m.value for m in report.metrics}
 
 
 def test_a_robot_that_is_its_own_source_has_no_error_in_any_limb(dancer):
     values = numbers(dancer, moving(dancer))
-    assert values["limb direction error"] == pytest.approx(0.0, abs=1e-5)  # arccos near one: the root of rounding
-    assert values["slide per touch, worst"] == pytest.approx(0.0, abs=1e-6)
-    assert values["airborne frames, off the source"] == 0.0 and values["touching share of the source"] == 100.0
+    assert values[MetricKey.LIMB_DIRECTION_ERROR] == pytest.approx(
+        0.0, abs=1e-5
+    )  # arccos near one: the root of rounding
+    assert values[MetricKey.SLIDE_WORST] == pytest.approx(0.0, abs=1e-6)
+    assert values[MetricKey.AIRBORNE_OFF_SOURCE] == 0.0 and values[MetricKey.CONTACT_SHARE] == 100.0
 
 
 def test_no_number_depends_on_where_the_dance_takes_place(dancer):
@@ -63,15 +65,15 @@ def test_labels_of_the_reference_change_nothing_for_the_feet(dancer):
     qpos[:, 0] += 0.001 * np.arange(FRAMES)  # it slides, as the source does not
     honest, flattering = (numbers(dancer, qpos, source, label=label) for label in (1, 0))
     assert honest == flattering
-    assert honest["slide per touch, worst"] == pytest.approx(39.0, abs=1e-6)  # mm, over 39 steps
-    assert honest["speed of a touching edge, mean"] == pytest.approx(5.0, abs=1e-6)  # cm/s
+    assert honest[MetricKey.SLIDE_WORST] == pytest.approx(39.0, abs=1e-6)  # mm, over 39 steps
+    assert honest[MetricKey.CONTACT_SPEED] == pytest.approx(5.0, abs=1e-6)  # cm/s
 
 
 def test_the_size_of_the_source_does_not_change_the_limbs(dancer):
     qpos = moving(dancer)
     source = itself(dancer, qpos)
     large = dataclasses.replace(source, positions=1.3 * source.positions)
-    assert numbers(dancer, qpos, large)["limb direction error"] == pytest.approx(0.0, abs=1e-5)
+    assert numbers(dancer, qpos, large)[MetricKey.LIMB_DIRECTION_ERROR] == pytest.approx(0.0, abs=1e-5)
 
 
 @pytest.mark.parametrize("angle", [0.1, 0.7])
@@ -80,7 +82,7 @@ def test_a_limb_that_is_off_by_an_angle_counts_an_eighth_of_it(dancer, angle):
     source, joint = itself(dancer, qpos), 7 + dancer.joint("left_elbow")
     bent = qpos.copy()
     bent[:, joint] -= angle  # the forearm is across the elbow's axis, so it turns by the whole angle
-    error = numbers(dancer, bent, source)["limb direction error"]
+    error = numbers(dancer, bent, source)[MetricKey.LIMB_DIRECTION_ERROR]
     assert error == pytest.approx(np.degrees(angle) / 8.0, rel=0.02)
 
 
@@ -92,25 +94,25 @@ def test_shares_of_the_motors_limits_are_those_of_a_steady_speed_and_a_steady_pu
     qpos[:, 7 + joint] += share * dancer.velocity[joint] * t
     source = person(*standing_feet(6))
     steady = numbers(dancer, qpos, source)
-    assert steady["joint speed, share of the motor's"] == pytest.approx(share)
-    assert steady["joint acceleration, share of the motor's"] == pytest.approx(0.0, abs=1e-8)
+    assert steady[MetricKey.SPEED_SHARE] == pytest.approx(share)
+    assert steady[MetricKey.ACCELERATION_SHARE] == pytest.approx(0.0, abs=1e-8)
     qpos[:, 7 + joint] = 0.5 * share * dancer.acceleration[joint] * t**2
     pushed = measure(reference_of(dancer, qpos), dancer, source, Gates())
-    metric = next(m for m in pushed.metrics if m.name == "joint acceleration, share of the motor's")
+    metric = pushed[MetricKey.ACCELERATION_SHARE]
     assert metric.value == pytest.approx(share) and metric.passed == (share < 1.0)
     assert "left_shoulder_pitch" in metric.meaning and ("frames beyond" in metric.meaning) == (share > 1.0)
 
 
 def test_a_report_passes_if_every_gate_does_and_numbers_without_one_cannot_fail():
     good, told = (
-        Metric(name="a", value=1.0, unit="", meaning="", limit=1.0),
-        Metric(name="b", value=1e9, unit="", meaning=""),
+        Metric(key=MetricKey.PENETRATION, value=1.0, unit="", meaning="", limit=1.0),
+        Metric(key=MetricKey.AIRBORNE, value=1e9, unit="", meaning=""),
     )
-    bad = dataclasses.replace(good, name="c", value=1.0 + 1e-9)
+    bad = dataclasses.replace(good, key=MetricKey.SELF_COLLISION, value=1.0 + 1e-9)
     assert Report(metrics=(good, told), series={}).passed
     report = Report(metrics=(good, bad, told), series={})
     assert not report.passed and report.failures == (bad,)
-    assert report.as_dict()["b"] == {"value": 1e9, "unit": "", "limit": None, "passed": True}
+    assert report.as_dict()["airborne_frames"] == {"value": 1e9, "unit": "", "limit": None, "passed": True}
     assert not dataclasses.replace(good, value=float("nan")).passed  # what could not be measured does not pass
 
 
@@ -122,8 +124,8 @@ def test_dynamics_add_two_numbers_and_change_no_other(dancer):
     plain = measure(reference, dancer, source, Gates())
     told = measure(reference, dancer, source, Gates(), dynamics_by_hand(FRAMES, force=force))
     assert told.metrics[: len(plain.metrics)] == plain.metrics
-    extra = {m.name: m.value for m in told.metrics[len(plain.metrics) :]}
-    assert extra["frames that physics does not allow"] == pytest.approx(25.0) and len(extra) == 2
+    extra = {m.key: m.value for m in told.metrics[len(plain.metrics) :]}
+    assert extra[MetricKey.IMPOSSIBLE_FRAMES] == pytest.approx(25.0) and len(extra) == 2
 
 
 def test_the_fixed_rule_of_touching_turns_with_the_world_and_drops_what_is_short():

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from clips import Reference, check_reference_against, load_reference
+from clips import MetricKey, Reference, check_reference_against, load_reference
 from robot_models import DanceError, RobotModel, load_robot
 from tracking.errors import TrackingError
 
-_HARD = "frames that physics does not allow"  # metric of a reference's report [%]
 _TOO_HARD = 10.0  # the share from which dance-retarget says down-weight
 
 
@@ -28,8 +27,8 @@ class Piece:
     @cached_property
     def weight(self) -> float:
         """How often episodes begin in it, per second of its length: half as often where physics forbids much of it."""
-        told = self.reference.meta.get("report", {}).get(_HARD, {})
-        return 0.5 if told.get("value", 0.0) > _TOO_HARD else 1.0
+        measured = self.reference.report.get(MetricKey.IMPOSSIBLE_FRAMES)  # not without Pinocchio
+        return 0.5 if measured is not None and measured["value"] > _TOO_HARD else 1.0
 
 
 def read_piece(path: Path) -> Piece:

@@ -141,10 +141,10 @@ def test_limits_hold_where_the_source_is_too_fast(dancer):
     hurried = dataclasses.replace(clip, fps=3.0 * clip.fps)
     result = retarget(hurried, dancer)
     assert np.isfinite(result.reference.joint_pos).all()
-    shares = {m.name: m for m in result.report.metrics if m.name.startswith("joint") and m.limit is not None}
+    shares = {m.key: m for m in result.report.metrics if m.key.startswith("joint") and m.limit is not None}
     assert len(shares) == 3 and all(m.passed for m in shares.values()), shares
     per_frame = retarget(hurried, dancer, RetargetConfig(solver="mink"))
-    broken = {m.name for m in per_frame.report.failures}
+    broken = {m.label for m in per_frame.report.failures}
     assert "joint acceleration, share of the motor's" in broken  # the control: the limit is not idle here
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import cut, load_reference, read_clip, save_reference
+from clips import MetricKey, cut, load_reference, read_clip, save_reference
 from retarget import RetargetConfig, RetargetError, retarget
 from retarget.workflows.batch import BatchConfig, Job, jobs_for, motion_files, run_batch, run_job, summary_rows
 from robot_models import load_robot
@@ -69,7 +69,7 @@ def test_a_folder_is_done_once_and_a_bad_clip_does_not_stop_it(folder, tmp_path)
     assert (tmp_path / "a_dancer.npz").stat().st_mtime_ns == before
     assert again["a.bvh"].metrics == outcomes["a.bvh"].metrics
     rows = summary_rows(outcomes.values())
-    assert {r["verdict"] for r in rows} >= {"exclude"} and "limb direction error" in rows[0]
+    assert {r["verdict"] for r in rows} >= {"exclude"} and MetricKey.LIMB_DIRECTION_ERROR.label in rows[0]
 
 
 def test_what_changed_is_done_again(folder, tmp_path):

@@ -56,7 +56,7 @@ def result_of(clip, robot, score):
         robot=robot,
         reference=reference_of(robot, standing(robot, clip.frames)),
         report=Report(metrics=(), series={}),
-        source=clip,
+        sources=(clip,),
         contacts=contacts,
         targets=make_targets(clip, contacts, robot, RetargetConfig()),
         dynamics=None if score is None else dynamics_by_hand(clip.frames, force=score[:, None] * np.eye(3)[0]),

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from clips import cut, load_reference, read_clip, save_reference
+from clips import MetricKey, cut, load_reference, read_clip, save_reference
 from retarget import RetargetConfig, retarget
 from robot_models import load_robot
 from tracking import TaskConfig, TrackingError, TrackingTask
@@ -90,7 +90,7 @@ def test_a_reference_that_physics_forbids_weighs_half(pieces):
     reference = pieces[0].reference
     assert pieces[0].weight == 1.0
     report = dict(reference.meta["report"])
-    report["frames that physics does not allow"] = report["frames that physics does not allow"] | {"value": 25.0}
+    report[MetricKey.IMPOSSIBLE_FRAMES] = report[MetricKey.IMPOSSIBLE_FRAMES] | {"value": 25.0}
     hard = dataclasses.replace(reference, meta=reference.meta | {"report": report})
     assert dataclasses.replace(pieces[0], reference=hard).weight == 0.5
 
