@@ -30,7 +30,7 @@ _TARGETS = {
 class Row:
     """One row of the observation table: `scale` times some numbers."""
 
-    kind: str  # key of `runner.KINDS`
+    kind: str  # key of `observation_terms.TERMS`
     at: int  # control periods from now, ahead in the reference, back in time (negative) in all else
     size: int
     scale: float

@@ -12,6 +12,7 @@ from clips import write_whole
 from tracking.errors import TrackingError
 from tracking.policy.bundle import POLICY, Bundle
 from tracking.policy.contract import FROM_REFERENCE, Row
+from tracking.policy.observation_terms import TERMS
 
 # What BeyondMimic's deployers put together for a policy without state estimation, in this order.
 _THEIRS = ("command", "motion_anchor_ori_b", "base_ang_vel", "joint_pos", "joint_vel", "actions")
@@ -170,23 +171,17 @@ def _part(graph: _Graph, row: Row, bundle: Bundle) -> str:
         name = f"{row.kind}/{row.at}"
         graph.table(name, row.scale * (motion.joint_pos - default if row.kind.endswith("pos") else motion.joint_vel))
         return graph.row(name, row.at)
-    given = {
-        "anchor_orientation": "motion_anchor_ori_b",
-        "gyro": "base_ang_vel",
-        "joint_pos": "joint_pos",
-        "joint_vel": "joint_vel",
-    }
     if row.kind == "last_action" and row.at == 0:
         # They show the whole last action; ours is what it was beyond the prior. Before the first there was none.
         graph.table("prior-of-last", np.concatenate((np.zeros_like(_prior(bundle)[:1]), _prior(bundle)[1:])))
         return graph.add("Sub", [graph.given("actions"), graph.row("prior-of-last", 0)], "last-residual")
-    if row.at != 0 or row.kind not in given:
+    given = next((alias for alias in TERMS[row.kind].aliases if alias in _THEIRS), None)
+    if row.at != 0 or given is None:
         raise TrackingError(
-            f"observation {row.name}",
-            found="a term that BeyondMimic's deployers do not give",
-            expected=f"of {', '.join(given)}",
-        )
-    return graph.scaled(graph.given(given[row.kind]), row.scale)
+            f"observation {row.name}", found="a term that BeyondMimic's deployers do not give",
+            expected=f"of {', '.join(_THEIRS)}",
+        )  # fmt: skip
+    return graph.scaled(graph.given(given), row.scale)
 
 
 def _prior(bundle: Bundle) -> ndarray:

@@ -20,28 +20,9 @@ from robot_models import RobotModel
 from tracking.errors import TrackingError
 from tracking.policy.anchor_chain import anchor_chain
 from tracking.policy.contract import FROM_DEFAULT, Contract, Row
+from tracking.policy.observation_terms import KIND_OF, row_of
 from tracking.policy.runner import Motion, Runner, motion_of, open_onnx
 from tracking.policy.standing_gains import standing_gains
-
-# The field's names of observation terms -> kind, unit, whether a robot measures it.
-_TERMS = {
-    "command": ("command", "rad, rad/s", True),
-    "motion_command": ("command", "rad, rad/s", True),
-    "motion_joint_pos": ("motion_joint_pos", "rad", True),
-    "motion_joint_vel": ("reference_joint_vel", "rad/s", True),
-    "motion_anchor_pos_b": ("anchor_position", "m", False),
-    "motion_anchor_ori_b": ("anchor_orientation", "", True),
-    "base_lin_vel": ("root_lin_vel", "m/s", False),
-    "base_ang_vel": ("gyro", "rad/s", True),
-    "projected_gravity": ("gravity", "", True),
-    "joint_pos": ("joint_pos", "rad", True),
-    "joint_pos_rel": ("joint_pos", "rad", True),
-    "joint_vel": ("joint_vel", "rad/s", True),
-    "joint_vel_rel": ("joint_vel", "rad/s", True),
-    "actions": ("last_action", "", True),
-    "last_action": ("last_action", "", True),
-}
-_SIZES = {"command": 2.0, "anchor_position": 3, "anchor_orientation": 6, "root_lin_vel": 3, "gyro": 3, "gravity": 3}
 
 
 def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) -> tuple[Runner, Reference]:
@@ -218,20 +199,18 @@ def _contract(
 
 def _rows(terms: Mapping[str, Mapping[str, Any]], joints: int, source: str) -> tuple[Row, ...]:
     """The observation table; a term's history stands oldest first, as Isaac Lab flattens it."""
-    unknown = sorted(set(terms) - set(_TERMS))
+    unknown = sorted(set(terms) - set(KIND_OF))
     if unknown:
-        raise TrackingError(f"{source}, observations", found=", ".join(unknown), expected=f"of {', '.join(_TERMS)}")
+        raise TrackingError(f"{source}, observations", found=", ".join(unknown), expected=f"of {', '.join(KIND_OF)}")
     rows = []
     for name, told in terms.items():
-        kind, unit, measurable = _TERMS[name]
-        size = 2 * joints if kind == "command" else int(_SIZES.get(kind, joints))
         scale = np.unique(np.array(told.get("scale") or 1.0, dtype=float))
         if len(scale) > 1:
             raise TrackingError(f"{source}, {name}", found="a scale of several numbers", expected="one number")
         if told.get("clip") is not None:
             raise TrackingError(f"{source}, {name}", found=f"clip {told['clip']}", expected="none")
         rows += [
-            Row(kind=kind, at=-back, size=size, scale=float(scale[0]), unit=unit, frame="", measurable=measurable)
+            row_of(KIND_OF[name], joints, at=-back, scale=float(scale[0]))
             for back in reversed(range(int(told.get("history_length") or 1)))
         ]
     return tuple(rows)

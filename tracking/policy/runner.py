@@ -65,11 +65,11 @@ class Runner:
     """
 
     def __init__(self, contract: Contract, policy: Policy, motion: Motion) -> None:
-        unknown = [row.name for row in contract.observation if row.kind not in KINDS]
+        unknown = [row.name for row in contract.observation if row.kind not in MEASURES]
         if unknown:
             raise TrackingError(
                 f"{contract.source or 'contract'}, observation", found=", ".join(unknown),
-                expected=f"of {', '.join(KINDS)}",
+                expected=f"of {', '.join(MEASURES)}",
             )  # fmt: skip
         self.contract, self.motion = contract, motion
         self._policy = policy
@@ -112,7 +112,7 @@ class Runner:
 
     def observation(self) -> Float[ndarray, "N A"]:
         """What the policy sees now, row by row of the contract's table."""
-        parts = [row.scale * KINDS[row.kind](self, row.at) for row in self.contract.observation]
+        parts = [row.scale * MEASURES[row.kind](self, row.at) for row in self.contract.observation]
         for row, part in zip(self.contract.observation, parts, strict=True):
             if part.shape[1] != row.size:
                 raise TrackingError(
@@ -160,7 +160,7 @@ def _estimated(value: ndarray | None) -> ndarray:
     return value
 
 
-KINDS: dict[str, Callable[[Runner, int], ndarray]] = {
+MEASURES: dict[str, Callable[[Runner, int], ndarray]] = {
     "reference_joint_pos": lambda r, at: r.ahead(r.motion.joint_pos - r.contract.default_joint_pos, at),
     "reference_joint_vel": lambda r, at: r.ahead(r.motion.joint_vel, at),
     "motion_joint_pos": lambda r, at: r.ahead(r.motion.joint_pos, at),
@@ -174,7 +174,7 @@ KINDS: dict[str, Callable[[Runner, int], ndarray]] = {
     "joint_pos": lambda r, at: r.measured[-at].joint_pos - r.contract.default_joint_pos,
     "joint_vel": lambda r, at: r.measured[-at].joint_vel,
 }
-"""All that an observation may be made of."""
+"""How each term is computed from measurements; what it means stands in `TERMS`."""
 
 
 def motion_of(reference: Reference, contract: Contract) -> Motion:

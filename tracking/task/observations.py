@@ -6,7 +6,7 @@ The exported policy carries the same table.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
@@ -18,7 +18,7 @@ from robot_models.maths import Array, namespace
 from robot_models.maths import rotation as rot
 from tracking.config import ObservationNoise
 from tracking.engines import Chance
-from tracking.policy import Row
+from tracking.policy import Row, row_of
 from tracking.task.tracking_errors import ReferenceTables
 
 
@@ -35,35 +35,33 @@ class Situation:
     heading: Float[Array, "N 4"]  # turn from the reference's world to the robot's, fixed at the start of a rollout
 
 
-@dataclass(frozen=True, kw_only=True)
-class Term(Row):
-    """One row of the table, and how the simulation computes it."""
-
-    compute: Callable[[Situation], Float[Array, "N size"]]
+Compute = Callable[[Situation], Array]
+"""How the simulation computes a term: for N environments (N, size)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ObservationTable:
     """Rows in order, with their slices."""
 
-    terms: tuple[Term, ...]
+    rows: tuple[Row, ...]
+    computes: tuple[Compute, ...]  # of each row
     own: Callable[[ndarray], Array] = np.asarray  # brings arrays to where the task computes
 
     @cached_property
     def size(self) -> int:
         """Numbers in one observation."""
-        return sum(t.size for t in self.terms)
+        return sum(row.size for row in self.rows)
 
     @property
     def slices(self) -> Mapping[str, slice]:
         """Where each term stands."""
-        ends = np.cumsum([t.size for t in self.terms])
-        return {t.name: slice(int(e - t.size), int(e)) for t, e in zip(self.terms, ends, strict=True)}
+        ends = np.cumsum([row.size for row in self.rows])
+        return {row.name: slice(int(end - row.size), int(end)) for row, end in zip(self.rows, ends, strict=True)}
 
     @cached_property
     def _noise(self) -> tuple[Int[Array, "K"], Float[Array, "K"]]:
         """Which numbers are noisy, and the half widths of their noise."""
-        width = np.repeat([t.noise for t in self.terms], [t.size for t in self.terms]).astype(np.float32)
+        width = np.repeat([row.noise for row in self.rows], [row.size for row in self.rows]).astype(np.float32)
         noisy = np.flatnonzero(width)
         return self.own(noisy), self.own(width[noisy])
 
@@ -72,9 +70,9 @@ class ObservationTable:
         xp, frame = namespace(situation.frame), situation.frame
         out = xp.empty((len(frame), self.size), dtype=xp.float32, device=frame.device)
         at = 0
-        for term in self.terms:
-            out[:, at : at + term.size] = term.scale * term.compute(situation)
-            at += term.size
+        for row, compute in zip(self.rows, self.computes, strict=True):
+            out[:, at : at + row.size] = row.scale * compute(situation)
+            at += row.size
         return out
 
     def disturbed(self, values: Float[Array, "N size"], rng: Chance) -> Float[Array, "N size"]:
@@ -83,12 +81,6 @@ class ObservationTable:
         out = values + 0.0
         out[:, noisy] += width * rng.uniform(-1.0, 1.0, size=(len(values), len(noisy)))
         return out
-
-    @property
-    def rows(self) -> tuple[Row, ...]:
-        """The table for a contract: without what only a simulation can do."""
-        names = [f.name for f in fields(Row)]
-        return tuple(Row(**{name: getattr(term, name) for name in names}) for term in self.terms)
 
 
 def actor_table(
@@ -101,46 +93,38 @@ def actor_table(
 ) -> ObservationTable:
     """What a robot can know: the reference, its IMU, its encoders and its own last action."""
     j, default = len(robot.joint_names), own(robot.default_joint_pos)
-    terms = []
+    terms: list[tuple[Row, Compute]] = []
     for ahead in look_ahead:
         terms += [
-            Term(kind="reference_joint_pos", at=ahead, size=j, scale=1.0, unit="rad", frame="joint, off the default pose",
-                 compute=partial(_ahead, tables, tables.joint_pos - default, ahead)),
-            Term(kind="reference_joint_vel", at=ahead, size=j, scale=0.1, unit="rad/s", frame="joint",
-                 compute=partial(_ahead, tables, tables.joint_vel, ahead)),
-        ]  # fmt: skip
+            (row_of("reference_joint_pos", j, at=ahead), partial(_ahead, tables, tables.joint_pos - default, ahead)),
+            (row_of("reference_joint_vel", j, at=ahead, scale=0.1), partial(_ahead, tables, tables.joint_vel, ahead)),
+        ]
     terms += [
-        Term(kind="anchor_orientation", at=0, size=6, scale=1.0, unit="", noise=noise.orientation,
-             frame="robot anchor: first two columns of the reference anchor",
-             compute=lambda s: _anchor_orientation(s, tables)),
-        Term(kind="last_action", at=0, size=j, scale=1.0, unit="", frame="joint", compute=lambda s: s.last_action),
-    ]  # fmt: skip
+        (row_of("anchor_orientation", j, noise=noise.orientation), lambda s: _anchor_orientation(s, tables)),
+        (row_of("last_action", j), lambda s: s.last_action),
+    ]
     for back in (0, *look_back):
+        positions = row_of("joint_pos", j, at=-back, noise=noise.joint_position)
         terms += [
-            Term(kind="gyro", at=-back, size=3, scale=0.25, unit="rad/s", frame="root body", noise=0.25 * noise.gyro,
-                 compute=partial(_gyro, back)),
-            Term(kind="joint_pos", at=-back, size=j, scale=1.0, unit="rad", frame="joint, off the default pose",
-                 noise=noise.joint_position, compute=partial(_joint_pos, back, default)),
-            Term(kind="joint_vel", at=-back, size=j, scale=0.1, unit="rad/s", frame="joint",
-                 noise=0.1 * noise.joint_velocity, compute=partial(_joint_vel, back)),
-        ]  # fmt: skip
-    return ObservationTable(terms=tuple(terms), own=own)
+            (row_of("gyro", j, at=-back, scale=0.25, noise=0.25 * noise.gyro), partial(_gyro, back)),
+            (positions, partial(_joint_pos, back, default)),
+            (row_of("joint_vel", j, at=-back, scale=0.1, noise=0.1 * noise.joint_velocity), partial(_joint_vel, back)),
+        ]
+    rows, computes = zip(*terms, strict=True)
+    return ObservationTable(rows=rows, computes=computes, own=own)
 
 
 def privileged_table(tables: ReferenceTables) -> ObservationTable:
     """What only a simulator knows: the critic sees it beside everything that the actor sees, noise left away."""
     k = len(tables.bodies)
-    terms = (
-        Term(kind="anchor_position", at=0, size=3, scale=1.0, unit="m", frame="robot anchor", measurable=False,
-             compute=lambda s: _anchor_position(s, tables)),
-        Term(kind="root_lin_vel", at=0, size=3, scale=1.0, unit="m/s", frame="root body", measurable=False,
-             compute=lambda s: rot.rotate(rot.conjugate(s.qpos[0, :, 3:7]), s.qvel[0, :, :3])),
-        Term(kind="body_pos", at=0, size=3 * k, scale=1.0, unit="m", frame="robot anchor", measurable=False,
-             compute=lambda s: _body_positions(s, tables)),
-        Term(kind="phase", at=0, size=1, scale=1.0, unit="share of the clip", frame="", measurable=False,
-             compute=lambda s: _phase(s, tables)),
-    )  # fmt: skip
-    return ObservationTable(terms=terms)
+    terms: tuple[tuple[Row, Compute], ...] = (
+        (row_of("anchor_position", 0), lambda s: _anchor_position(s, tables)),
+        (row_of("root_lin_vel", 0), lambda s: rot.rotate(rot.conjugate(s.qpos[0, :, 3:7]), s.qvel[0, :, :3])),
+        (row_of("body_pos", 0, bodies=k), lambda s: _body_positions(s, tables)),
+        (row_of("phase", 0), lambda s: _phase(s, tables)),
+    )
+    rows, computes = zip(*terms, strict=True)
+    return ObservationTable(rows=rows, computes=computes)
 
 
 def _ahead(tables: ReferenceTables, table: Array, frames: int, s: Situation) -> Array:

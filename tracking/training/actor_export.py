@@ -59,7 +59,7 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: Piece) ->
         TrackingError: the actor sees something that no robot measures, the export disagrees with torch, or the piece's
             file has changed.
     """
-    hidden = [t.name for t in task.actor.terms if not t.measurable]
+    hidden = [t.name for t in task.actor.rows if not t.measurable]
     if hidden:
         raise TrackingError("export", found=f"an actor that sees {', '.join(hidden)}", expected="measurable terms only")
     folder.mkdir(parents=True, exist_ok=True)

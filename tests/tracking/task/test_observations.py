@@ -45,15 +45,15 @@ def test_slices_tile_the_observation_in_order_and_names_are_different(table, tas
         assert part.start == ends[-1] < part.stop, name
         ends.append(part.stop)
     assert ends[-1] == table.size == table.values(task.situation()).shape[1]
-    assert len(table.slices) == len(table.terms)
+    assert len(table.slices) == len(table.rows)
 
 
 def test_every_row_has_the_numbers_that_it_states_at_the_scale_that_it_states(table, task):
     s = task.situation()
     values = table.values(s)
     assert values.dtype == np.float32
-    for term in table.terms:
-        raw = term.compute(s)
+    for term, compute in zip(table.rows, table.computes, strict=True):
+        raw = compute(s)
         assert raw.shape == (task.envs, term.size), term.name
         # float32 has seven digits
         np.testing.assert_allclose(values[:, table.slices[term.name]], term.scale * raw, rtol=1e-6, atol=1e-6)
@@ -182,7 +182,8 @@ def test_the_phase_goes_from_nothing_to_one_and_never_back(task):
     every = np.arange(task.tables.frames)[::70].clip(max=task.tables.frames - 1)
     frames = np.unique([*every, task.tables.frames - 1])
     table = privileged_table(task.tables)
-    phase = next(t for t in table.terms if t.kind == "phase").compute(dataclasses.replace(s, frame=frames))
+    compute = table.computes[[row.kind for row in table.rows].index("phase")]
+    phase = compute(dataclasses.replace(s, frame=frames))
     assert phase[0] == 0.0 and phase[-1] == 1.0 and (np.diff(phase[:, 0]) > 0.0).all()
 
 

@@ -204,8 +204,8 @@ def test_observations_are_of_the_state_after_the_step_not_one_physics_step_befor
 
 def test_the_actor_sees_only_what_a_robot_measures(reference):
     task = make(reference)
-    assert all(t.measurable for t in task.actor.terms)
-    assert not all(t.measurable for t in task.privileged.terms)
+    assert all(t.measurable for t in task.actor.rows)
+    assert not all(t.measurable for t in task.privileged.rows)
     assert max(s.stop for s in task.actor.slices.values()) == task.actor.size
 
 
