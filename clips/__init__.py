@@ -1,6 +1,7 @@
 """Recorded motion: read, recognise, check, resample; the `Clip` and `Reference` types and their files."""
 
 from clips.clip import OPTIONAL, REQUIRED, Clip, HumanClip, RobotClip, full_qpos
+from clips.contact import ContactRule, floor_nearby, heights_and_speeds, own_floor
 from clips.edit import at_speed, cut, mirrored, repaired, resample, warped
 from clips.errors import ClipError, ReferenceFileError
 from clips.files import OutputError, aside, write_whole
@@ -29,6 +30,7 @@ __all__ = [
     "Clip",
     "ClipError",
     "ClipSource",
+    "ContactRule",
     "Finding",
     "HumanClip",
     "MetricKey",
@@ -42,12 +44,15 @@ __all__ = [
     "at_speed",
     "check_reference_against",
     "cut",
+    "floor_nearby",
     "full_qpos",
+    "heights_and_speeds",
     "load_reference",
     "make_reference",
     "metric_key",
     "metric_label",
     "mirrored",
+    "own_floor",
     "read_back",
     "read_clip",
     "repaired",

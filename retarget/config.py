@@ -4,11 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 
+from clips import ContactRule
 from retarget.errors import RetargetError
+
+GRAVITY = 9.81  # both engines' default [m/s^2]
+
+
+class _Checked:
+    """Refuses numbers that no setting can have, in every group of settings by itself."""
+
+    def __post_init__(self) -> None:
+        for f in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, f.name)
+            for number in value if isinstance(value, tuple) else (value,):
+                if isinstance(number, int | float) and not 0.0 <= number <= 1e6:
+                    raise RetargetError(f"setting {f.name}", found=repr(value), expected="a number of at least 0")
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactConfig:
+class ContactConfig(_Checked):
     """When a foot edge counts as touching, on the source's own points.
 
     A touch lasts while the loose pair holds, and must hold the tight pair for the shortest duration within. The report
@@ -23,9 +37,43 @@ class ContactConfig:
     min_duration_s: float = 0.06  # a shorter touch is noise, a shorter gap is no step [s]
     pivot_rate: float = 1.5  # foot yaw rate above which a touching foot turns on purpose [rad/s]
 
+    @property
+    def tight(self) -> ContactRule:
+        """What a touch must hold for a while."""
+        return ContactRule(height=self.tight_height, speed=self.tight_speed)
+
+    @property
+    def loose(self) -> ContactRule:
+        """What it must hold all along."""
+        return ContactRule(height=self.loose_height, speed=self.loose_speed)
+
 
 @dataclass(frozen=True, kw_only=True)
-class GoalWeights:
+class FeetConfig(_Checked):
+    """How feet are led between their stances, and kept off one another."""
+
+    ramp_s: float = 0.12  # in which a foot leaves its flat pose towards the source's pitch [s]
+    ease_s: float = 0.16  # in which a swinging foot takes up the source's motion [s]
+    long_swing_s: float = 1.0  # beyond this a swing forgets its anchors on the way [s]
+    sole_gap: float = 0.010  # kept between the soles of two standing feet [m]
+    crossing_height: float = 0.12  # of one foot over the other, up to which they meet [m]
+    separation_rounds: int = 10  # a stance that gives way to one may meet another
+    ankle_margin: float = 0.02  # of the ankle's roll, kept for balance [rad]
+    roll_cosine: float = 0.7  # to the foot's length, above which an ankle's joint is its roll
+    follow_hz: float = 1.0  # how fast the body follows its feet where they were moved [Hz]
+    straight_leg: float = 0.9995  # longest hip-ankle distance of a robot's own figure, of the leg's length
+
+
+@dataclass(frozen=True, kw_only=True)
+class JumpConfig(_Checked):
+    """When the source is in the air for certain."""
+
+    height: float = 0.04  # of all edges over their own floor, for a moment [m]
+    longest_s: float = 0.7  # a person stays up no longer: beyond it the source hovers [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GoalWeights(_Checked):
     """How firmly each goal is held: per metre for positions and limb vectors, per radian for orientations."""
 
     pelvis_position: float = 10.0
@@ -44,7 +92,7 @@ class GoalWeights:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Level:
+class Level(_Checked):
     """One grid of the whole-clip solver, coarse to fine."""
 
     step_s: float  # between its frames [s]; never finer than the clip's own
@@ -56,7 +104,7 @@ class Level:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WholeClipConfig:
+class WholeClipConfig(_Checked):
     """The whole-clip solver."""
 
     rough: Level = Level(  # before the leads are known
@@ -81,12 +129,31 @@ class WholeClipConfig:
     body_spring: float = 100.0  # per metre: soft, for many frames share the work
     floor_gap: float = 0.0005  # kept between soles or bodies and the floor [m]
     floor_spring: float = 1200.0
+    watched_gap: float = 0.025  # surfaces nearer than this are watched [m]
+    feet_off: float = 1.0  # squared weighted residual of the feet beyond which a frame is solved again
+    pin_off: float = 0.005  # of a joint from its key frame, the same [rad]
+    failed_ratio: float = 2.0  # a step whose frame comes out so many times worse than predicted, and
+    failed_residual: float = 1.0  # so much, is taken back
+    # Trust: where the goals fell short of the prediction by this share of it and this much, damping grows by the factor,
+    # from the floor at least; elsewhere it shrinks.
+    poor_share: float = 0.25
+    poor_residual: float = 3e-3
+    damping_growth: float = 4.0
+    damping_floor: float = 0.03
+    damping_decay: float = 3.0
+    damping_range: tuple[float, float] = (1e-4, 100.0)
+    # Springs that hold limits of order 0, 1 and 2: violations are forces over these. Stiffer ones make the active sets of
+    # speed and acceleration cycle where joints have little room.
+    limit_springs: tuple[float, float, float] = (1e6, 1e5, 3e4)
+    limit_slack: float = 1e-3  # of a limit's width, that a step may be beyond it
+    limit_rounds: int = 20  # of the active set, where a motion is projected into the limits
+    projection_smoothness: tuple[float, ...] = (0.0, 0.5, 0.9, 0.99, 0.999, 0.9999)  # tried one after another
     window_s: float = 40.0  # longer clips are solved in windows of this length [s]
     overlap_s: float = 2.0  # shared by neighbouring windows and blended [s]
 
 
 @dataclass(frozen=True, kw_only=True)
-class IkConfig:
+class IkConfig(_Checked):
     """The per-frame back ends."""
 
     iterations: int = 4  # per frame, warm-started
@@ -107,7 +174,47 @@ class IkConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Gates:
+class DynamicsConfig(_Checked):
+    """What counts against a motion: a score of 1 for each of the gates.
+
+    The ratio of the first two, 0.4 m, is about a humanoid's radius of gyration: force and moment weigh alike by how fast
+    they would move its parts.
+    """
+
+    force_gate: float = 0.25  # missing force, of the weight: the CoM would go 2.5 m/s^2 another way
+    moment_gate: float = 0.1  # missing moment, of the weight times 1 m: a ZMP 10 cm out of reach, were no force missing
+    effort_gate: float = 0.25  # torque beyond the motor's, of the motor's
+    carried: float = 0.1  # of the weight: with less on the floor the ZMP says nothing
+    carrying: ContactRule = ContactRule(height=0.01, speed=0.3)  # an unlabelled sole point that carries all the same
+    clear_height: float = 0.03  # a point higher than this carries nothing, whatever its label says [m]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportConfig(_Checked):
+    """The fixed rules of the report: no other setting can flatter it."""
+
+    rate: float = 30.0  # derivatives are compared at this rate [Hz]: at the file's own rate, noise would decide
+    contact: ContactRule = ContactRule(height=0.04, speed=0.25)  # of the source's edges over their own floor
+    shortest_contact: int = 3  # frames; a shorter one is noise
+    pivot_rate: float = 1.5  # [rad/s]
+    rounding: float = 1e-3  # of a share of the motors' limits
+    airborne_height: float = 0.02  # of the robot's lowest point [m]
+    under_floor: float = 0.002  # of the robot's lowest point, that counts a frame [m]
+    overlap: float = 0.005  # of two bodies, that counts a frame [m]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SequenceConfig(_Checked):
+    """From one dance into the next."""
+
+    bridge_s: float = 1.0  # longer where the motors need it [s]
+    lift: float = 0.05  # of a foot that steps across [m]
+    near: float = 0.01  # a foot nearer to its next place than this stays down [m]
+    steps: tuple[float, ...] = (0.08, 0.5, 0.92)  # of the bridge's time: the one foot moves, then the other
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gates(_Checked):
     """What a reference has to keep to be called feasible."""
 
     penetration_mm: float = 5.0  # deepest point under the floor
@@ -121,7 +228,7 @@ class Gates:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RetargetConfig:
+class RetargetConfig(_Checked):
     """From clip to reference."""
 
     solver: str = "whole-clip"  # or a per-frame one: "mink", "placo"
@@ -131,6 +238,8 @@ class RetargetConfig:
     stand_s: float = 0.3  # standing still at both ends [s]
     reach: float = 0.985  # longest hip-ankle distance of a planted leg, of the leg's length
     contact: ContactConfig = field(default_factory=ContactConfig)
+    feet: FeetConfig = field(default_factory=FeetConfig)
+    jumps: JumpConfig = field(default_factory=JumpConfig)
     weights: GoalWeights = field(default_factory=GoalWeights)
     whole_clip: WholeClipConfig = field(default_factory=WholeClipConfig)
     ik: IkConfig = field(default_factory=IkConfig)
@@ -138,9 +247,6 @@ class RetargetConfig:
     dynamics: bool = True  # report whether physics allows the motion
 
     def __post_init__(self) -> None:
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if isinstance(value, float) and not 0.0 <= value < 1e6:
-                raise RetargetError(f"setting {f.name}", found=repr(value), expected="a number of at least 0")
+        super().__post_init__()
         if not self.fps >= 5.0:
             raise RetargetError("setting fps", found=repr(self.fps), expected="at least 5 frames per second")

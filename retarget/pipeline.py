@@ -126,9 +126,9 @@ def prepared(
     recorded = recentred(resample(repaired(clip), config.fps))
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
     touches = edited(find_contacts(source, config.contact), contacts, config.fps)
-    targets = thrown(make_targets(source, touches, robot, config), source)
+    targets = thrown(make_targets(source, touches, robot, config), source, config.jumps)
     posture = _posture(recorded, robot, targets)
-    goals = make_goals(robot, targets, config.weights, posture[:, 7:])
+    goals = make_goals(robot, targets, config.weights, posture[:, 7:], feet_config=config.feet)
     return Prepared(
         source=source,
         contacts=touches,
@@ -173,7 +173,7 @@ def solved(
         return follow(solver, padded.targets, near, progress=lambda a, b: tell(config.solver, a, b))
     pinned_near = np.full_like(near, np.nan)
     pinned_near[padded.dance] = pins
-    goals = make_goals(robot, padded.targets, config.weights, near, pinned_near)
+    goals = make_goals(robot, padded.targets, config.weights, near, pinned_near, config.feet)
     return optimise(
         robot, goals, padded.qpos, config.fps, config.whole_clip, progress=lambda a, b: tell("optimise", a, b)
     )

@@ -13,20 +13,16 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from clips import HumanClip, MetricKey, Reference
+from clips import HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
 from clips.edit import new_times, sample
-from retarget.config import Gates
+from retarget.config import Gates, ReportConfig
 from retarget.dynamics import Dynamics
 from retarget.targets import LIMBS, edge_points, foot_yaw_rate
 from robot_models import RobotModel, lowest_point, self_collision_depth, sole_edges
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of
 
-_RATE = 30.0  # derivatives are compared at this rate [Hz]: at the file's own rate, noise would decide
-_SLOW, _LOW, _SHORT = 0.25, 0.04, 3  # the fixed rule of touching: m/s, m over the point's own floor, frames
-_PIVOT = 1.5  # [rad/s]
-_ROUNDING = 1e-3  # of a share
-_UP = 0.02  # a lowest point higher than this is in the air [m]
+_RULES = ReportConfig()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,11 +103,11 @@ def measure(
     body = [
         Metric(key=MetricKey.PENETRATION, value=1e3 * max(0.0, -float(lowest.min())), unit="mm",
                meaning="soles and body primitives, all frames", limit=gates.penetration_mm),
-        Metric(key=MetricKey.FRAMES_UNDER_FLOOR, value=100.0 * float((lowest < -0.002).mean()), unit="%",
+        Metric(key=MetricKey.FRAMES_UNDER_FLOOR, value=100.0 * float((lowest < -_RULES.under_floor).mean()), unit="%",
                meaning="lowest point more than 2 mm under the floor"),
         Metric(key=MetricKey.SELF_COLLISION, value=1e3 * float(overlap.max()), unit="mm",
                meaning="overlap of two bodies' primitives", limit=gates.self_collision_mm),
-        Metric(key=MetricKey.FRAMES_SELF_COLLIDING, value=100.0 * float((overlap > 0.005).mean()), unit="%",
+        Metric(key=MetricKey.FRAMES_SELF_COLLIDING, value=100.0 * float((overlap > _RULES.overlap).mean()), unit="%",
                meaning="an overlap deeper than 5 mm"),
         Metric(key=MetricKey.LIMB_DIRECTION_ERROR, value=_limb_error(reference, robot, source), unit="deg",
                meaning="thighs, shins, upper arms, forearms against the source, world frame"),
@@ -142,8 +138,8 @@ def _joints(reference: Reference, robot: RobotModel, gates: Gates) -> list[Metri
     beyond = float(np.maximum(robot.lower - q, q - robot.upper).max())
     speed = _Share(reference, robot.velocity, 1)
     acceleration = _Share(reference, robot.acceleration, 2)
-    at_rate = sample(q, new_times(len(q), reference.fps, min(_RATE, reference.fps)))
-    rate = min(_RATE, reference.fps)
+    at_rate = sample(q, new_times(len(q), reference.fps, min(_RULES.rate, reference.fps)))
+    rate = min(_RULES.rate, reference.fps)
     d1, d2, d3 = (_derivative(at_rate, n, rate) for n in (1, 2, 3))
     return [
         Metric(key=MetricKey.POSITION_BEYOND_LIMITS, value=max(0.0, beyond), unit="rad", meaning="worst joint, all frames",
@@ -169,7 +165,7 @@ class _Share:
     def where(self, robot: RobotModel) -> str:
         """The worst place, and how many frames are beyond."""
         t, j = np.unravel_index(int(self._share.argmax()), self._share.shape)
-        beyond = int((self._share > 1.0 + _ROUNDING).any(axis=1).sum())
+        beyond = int((self._share > 1.0 + _RULES.rounding).any(axis=1).sum())
         return f"worst at {t / self._fps:.2f} s: {robot.joint_names[j]}" + f"; {beyond} frames beyond" * (beyond > 0)
 
 
@@ -181,14 +177,12 @@ def _derivative(x: ndarray, order: int, rate: float) -> ndarray:
 def touch_labels(source: HumanClip) -> tuple[Bool[ndarray, "T 4"], Bool[ndarray, "T 4"]]:
     """(touching, pivoting) per edge by the fixed rule, from the source alone."""
     points = edge_points(source)
-    low = points[..., 2] - np.percentile(points[..., 2], 5.0, axis=0) < _LOW
-    slow = np.linalg.norm(rot.linear_velocity(points, 1.0 / source.fps), axis=-1) < _SLOW
-    touching = low & slow
+    touching = _RULES.contact.holds(*heights_and_speeds(points, source.fps, own_floor(points)))
     for k in range(4):
         for a, b in runs_of(touching[:, k]):
-            if b - a < _SHORT:
+            if b - a < _RULES.shortest_contact:
                 touching[a:b, k] = False
-    pivoting = touching & np.repeat(np.abs(foot_yaw_rate(source)) > _PIVOT, 2, axis=1)
+    pivoting = touching & np.repeat(np.abs(foot_yaw_rate(source)) > _RULES.pivot_rate, 2, axis=1)
     return touching, pivoting
 
 
@@ -226,9 +220,9 @@ def _feet(
 
 def _flight(lowest: ndarray, dance: slice, source: HumanClip, gates: Gates) -> list[Metric]:
     points = edge_points(source)
-    over = points[..., 2] - np.percentile(points[..., 2], 5.0, axis=0)
-    source_share = 100.0 * float((over > _LOW).all(axis=1).mean())
-    up = lowest > _UP
+    height, _ = heights_and_speeds(points, source.fps, own_floor(points))
+    source_share = 100.0 * float((height > _RULES.contact.height).all(axis=1).mean())
+    up = lowest > _RULES.airborne_height
     share, leads = 100.0 * float(up[dance].mean()), np.delete(up, np.arange(len(up))[dance])
     return [
         Metric(key=MetricKey.AIRBORNE, value=share, unit="%", meaning="lowest point over 2 cm up, dance only"),

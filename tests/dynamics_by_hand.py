@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from retarget.dynamics.inverse_dynamics import EFFORT_GATE, FORCE_GATE, MOMENT_GATE, Dynamics
+from retarget.config import DynamicsConfig
+from retarget.dynamics.inverse_dynamics import Dynamics
 
 WEIGHT, POINTS = 500.0, 8
 
@@ -12,8 +13,8 @@ def dynamics_by_hand(frames, fps=50.0, *, force=None, moment=None, effort=None, 
     zeros = np.zeros((frames, 3))
     residual = np.concatenate(
         (
-            (zeros if force is None else force) * FORCE_GATE * WEIGHT,
-            (zeros if moment is None else moment) * MOMENT_GATE * WEIGHT,
+            (zeros if force is None else force) * DynamicsConfig().force_gate * WEIGHT,
+            (zeros if moment is None else moment) * DynamicsConfig().moment_gate * WEIGHT,
         ),
         axis=1,
     )
@@ -26,6 +27,6 @@ def dynamics_by_hand(frames, fps=50.0, *, force=None, moment=None, effort=None, 
         touching=np.ones((frames, POINTS), dtype=bool) if touching is None else np.repeat(touching[:, None], POINTS, axis=1),
         foot_force_w=np.zeros((frames, POINTS, 3)), net_wrench_w=net, residual=residual, com_w=com,
         zmp_w=np.zeros((frames, 2)), zmp_outside=np.zeros(frames),
-        effort_share=np.zeros(frames) if effort is None else 1.0 + EFFORT_GATE * effort,
+        effort_share=np.zeros(frames) if effort is None else 1.0 + DynamicsConfig().effort_gate * effort,
         worst_joint=("knee",) * frames, solve_error=np.zeros(frames),
     )  # fmt: skip

@@ -14,7 +14,7 @@ HOUSE = {
     "robot_models": (
         "maths errors profile model model_file kinematics jacobians build geometry visual pinocchio_model catalogue draft"
     ),
-    "clips": "errors files metrics provenance clip reference edit identify readers writers",
+    "clips": "errors contact config files metrics provenance clip reference edit identify readers writers",
     "retarget": "errors config targets solver per_frame dynamics report pipeline workflows",
     "tracking": "errors config policy engines task evaluation training envs deploy",
     "cli": "terminal recordings *",

@@ -9,18 +9,12 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import Clip, RobotClip
+from clips.config import FLOOR
+from clips.contact import floor_nearby, heights_and_speeds
 from clips.provenance import Repair
 from robot_models.maths import rotation as rot
 
-_SLOW = 0.2  # of a foot that stands [m/s]
-_LOW = 0.06  # above the lowest of its neighbourhood, within which a foot may stand [m]
-_NEAR_S = 1.0  # half width of that neighbourhood
-_NOISE = (0.01, 0.003)  # of a standing foot's height [m]: to find the feet that stand, then to weigh them
-_SEEN = 0.05  # change over the clip below which a floor is level [m]
-_BETTER = 0.6  # of the scatter of standing feet about a level floor, which a leaning one must undercut
-_MOST_LEAN = 0.12  # beyond which something else is wrong: units of the root, axes [slope]
 _UP = np.array([0.0, 0.0, 1.0])
-_ENOUGH = 10  # standing samples for every number fitted
 
 
 def on_level_floor(clip: Clip) -> Clip:
@@ -33,7 +27,7 @@ def on_level_floor(clip: Clip) -> Clip:
         return clip
     points = [clip.point(k) for k in ("left_ankle", "right_ankle", "left_toe", "right_toe") if k in clip.landmarks]
     rows, heights = _standing(np.stack(points, axis=1), clip.fps)
-    if len(rows) < _ENOUGH * rows.shape[1]:
+    if len(rows) < FLOOR.samples * rows.shape[1]:
         return clip
     plane = _fit(rows, heights)
     hips = 0.5 * (clip.point("left_hip") + clip.point("right_hip"))
@@ -41,8 +35,8 @@ def on_level_floor(clip: Clip) -> Clip:
     level = heights - _level(rows, heights)
     leaning = heights - rows @ plane
     lean = float(np.hypot(*plane[-2:]))
-    unseen = np.ptp(drift) < _SEEN or np.median(np.abs(leaning)) > _BETTER * np.median(np.abs(level))
-    if unseen or lean > _MOST_LEAN:
+    unseen = np.ptp(drift) < FLOOR.seen or np.median(np.abs(leaning)) > FLOOR.better * np.median(np.abs(level))
+    if unseen or lean > FLOOR.most_lean:
         return clip
     # Down by the drift, then turned about a point of the floor under the first frame, so that nothing is bent.
     time = np.arange(clip.frames) / clip.fps
@@ -66,12 +60,9 @@ def _terms(time: Float[ndarray, "..."], at: Float[ndarray, "... 3"]) -> Float[nd
 
 def _standing(points: Float[ndarray, "T K 3"], fps: float) -> tuple[Float[ndarray, "n C"], Float[ndarray, "n"]]:
     """Rows (one column per point, then time, x, y) and heights of the samples at which a point stands."""
-    from scipy.ndimage import minimum_filter1d
-
     count = points.shape[1]
-    slow = np.linalg.norm(rot.linear_velocity(points, 1.0 / fps), axis=-1) < _SLOW
-    lowest = minimum_filter1d(points[..., 2], 2 * round(_NEAR_S * fps) + 1, axis=0, mode="nearest")
-    frame, point = np.nonzero(slow & (points[..., 2] < lowest + _LOW))
+    height, speed = heights_and_speeds(points, fps, floor_nearby(points, fps, FLOOR.nearby_s))
+    frame, point = np.nonzero(FLOOR.standing.holds(height, speed))
     own = np.eye(count)[point]
     rows = np.concatenate((own, _terms(frame / fps, points[frame, point])), axis=1)
     return rows[:, [*np.flatnonzero(own.any(axis=0)), count, count + 1, count + 2]], points[frame, point, 2]
@@ -89,7 +80,7 @@ def _fit(rows: Float[ndarray, "n C"], heights: Float[ndarray, "n"]) -> Float[nda
         return rows
 
     plane = begin
-    for noise in _NOISE:
+    for noise in FLOOR.noise:
         plane = least_squares(miss, plane, slope, loss="cauchy", f_scale=noise).x
     return np.asarray(plane)
 

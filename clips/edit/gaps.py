@@ -9,11 +9,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
+from clips.config import REPAIR
 from clips.errors import ClipError
 from clips.provenance import Repair
 from robot_models.maths import runs_of
-
-MAX_GAP_S = 0.1  # the longest stretch that is filled, of anything
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,14 +58,14 @@ def without_gaps(
         where_left = f"left are {first / fps:.2f} to {(last - 1) / fps:.2f} s"
         repairs.append(Repair(what="frames left out at the ends, where points are lost", count=count, where=where_left))
     lost = lost[first:last]
-    stray = ~must & np.array([_worst(lost[:, k]) > MAX_GAP_S * fps + 1e-9 for k in range(len(names))])
-    for k in np.flatnonzero(must & (lost.sum(axis=0) > MAX_GAP_S * fps)):
+    stray = ~must & np.array([_worst(lost[:, k]) > REPAIR.gap_s * fps + 1e-9 for k in range(len(names))])
+    for k in np.flatnonzero(must & (lost.sum(axis=0) > REPAIR.gap_s * fps)):
         for a, b in runs_of(lost[:, k]):
-            if b - a > MAX_GAP_S * fps + 1e-9:
+            if b - a > REPAIR.gap_s * fps + 1e-9:
                 raise ClipError(
                     f"{where}, point '{names[k]}'",
                     found=f"no data from {(first + a) / fps:.2f} s to {(first + b) / fps:.2f} s",
-                    expected=f"gaps of at most {MAX_GAP_S} s inside the clip",
+                    expected=f"gaps of at most {REPAIR.gap_s} s inside the clip",
                     cure="fill it in the capture software, or cut the clip",
                 )
     if stray.any():
@@ -80,7 +79,7 @@ def without_gaps(
         for axis in range(3):
             filled[lost[:, k], k, axis] = np.interp(frames[lost[:, k]], frames[seen], filled[seen, k, axis])
     if lost.any():
-        where_filled = f"gaps of at most {MAX_GAP_S} s, first at {np.argmax(lost.any(axis=1)) / fps:.2f} s"
+        where_filled = f"gaps of at most {REPAIR.gap_s} s, first at {np.argmax(lost.any(axis=1)) / fps:.2f} s"
         repairs.append(
             Repair(what="lost samples filled by interpolation", count=int(lost.sum()), where=where_filled, of="samples")
         )

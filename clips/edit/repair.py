@@ -15,22 +15,14 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips.clip import MIN_FRAMES, Clip, HumanClip, RobotClip
+from clips.config import REPAIR
 from clips.edit.floor import on_level_floor
-from clips.edit.gaps import MAX_GAP_S
 from clips.edit.resample import cut, sample_quat
 from clips.errors import ClipError
 from clips.provenance import Repair
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of
-
-_FASTEST_HIPS = 12.0  # of a person or a robot [m/s]; a sprinter's
-_FASTEST_POINT = 25.0  # of anything on a body [m/s]; a pitcher's hand
-_LEFT = 0.5  # of a clip that a false start leaves at least
-_START_S = 0.5  # in which a file may jump from its rest pose to its place
-_STALL = 0.3  # a motion this fast [m/s or rad/s] before and after frames that repeat does not stand still between
-_STILL = 0.3  # of any point of someone who stands still [m/s]
-_LEVEL_ARM, _STRAIGHT_ARMS = 0.35, 0.9  # of an upper arm's or forearm's rise; of the arms' common direction
 
 
 def repaired(clip: Clip, *, strict: bool = False) -> Clip:
@@ -60,9 +52,9 @@ def without_false_start(clip: Clip) -> Clip:
     Files often begin with a T-pose at the origin and go on elsewhere.
     """
     hips = _hips(clip)
-    early = hips[: max(2, round(_START_S * clip.fps)) + 1]
-    jumps = np.flatnonzero(np.linalg.norm(np.diff(early, axis=0), axis=1) * clip.fps > _FASTEST_HIPS)
-    if not len(jumps) or clip.frames - jumps[-1] - 1 < max(MIN_FRAMES, _LEFT * clip.frames):
+    early = hips[: max(2, round(REPAIR.false_start_s * clip.fps)) + 1]
+    jumps = np.flatnonzero(np.linalg.norm(np.diff(early, axis=0), axis=1) * clip.fps > REPAIR.fastest_hips)
+    if not len(jumps) or clip.frames - jumps[-1] - 1 < max(MIN_FRAMES, REPAIR.least_left * clip.frames):
         return clip
     return _from_frame(clip, int(jumps[-1]) + 1, "the hips jump after them")
 
@@ -76,14 +68,14 @@ def without_calibration_pose(clip: Clip) -> Clip:
         chain = [clip.point(f"{side}_{p}") for p in ("shoulder", "elbow", "wrist")]
         arms += [sign * rot.unit(b - a) for a, b in pairwise(chain)]
     stretched = np.stack(arms)
-    level = (np.abs(stretched[..., 2]) < _LEVEL_ARM).all(axis=0)
-    straight = np.linalg.norm(stretched.mean(axis=0), axis=-1) > _STRAIGHT_ARMS
+    level = (np.abs(stretched[..., 2]) < REPAIR.level_arm).all(axis=0)
+    straight = np.linalg.norm(stretched.mean(axis=0), axis=-1) > REPAIR.straight_arms
     body = np.stack([clip.point(k) for k in clip.landmarks], axis=1)
-    ahead = max(1, round(MAX_GAP_S * clip.fps))  # so that a marker's noise is no speed
+    ahead = max(1, round(REPAIR.gap_s * clip.fps))  # so that a marker's noise is no speed
     later = body[np.minimum(np.arange(clip.frames) + ahead, clip.frames - 1)]
-    still = np.linalg.norm(later - body, axis=-1).max(axis=1) < _STILL * ahead / clip.fps
+    still = np.linalg.norm(later - body, axis=-1).max(axis=1) < REPAIR.still_speed * ahead / clip.fps
     lead = int(np.argmin(np.append(level & straight & still, False)))
-    if lead < max(2.0, MAX_GAP_S * clip.fps) or clip.frames - lead < MIN_FRAMES:
+    if lead < max(2.0, REPAIR.gap_s * clip.fps) or clip.frames - lead < MIN_FRAMES:
         return clip
     return _from_frame(clip, lead, "a T-pose held still")
 
@@ -94,8 +86,8 @@ def without_repeats(clip: Clip) -> Clip:
     step = np.append(steps.max(axis=1), 0.0)  # from this frame to the next
     stalled = np.zeros(clip.frames, dtype=bool)
     for a, b in runs_of(step == 0.0):
-        moving = 0 < a and b < clip.frames - 1 and min(step[a - 1], step[b]) * clip.fps > _STALL
-        if moving and b - a <= max(1.0, MAX_GAP_S * clip.fps):
+        moving = 0 < a and b < clip.frames - 1 and min(step[a - 1], step[b]) * clip.fps > REPAIR.stalled_speed
+        if moving and b - a <= max(1.0, REPAIR.gap_s * clip.fps):
             stalled[a + 1 : b + 1] = True
     if not stalled.any():
         return clip
@@ -110,7 +102,7 @@ def without_spikes(clip: Clip) -> Clip:
     for name, values, fastest in _tracks(clip):
         out = values.copy()
         for column in range(values.shape[1]):
-            for a, b in _spikes(out[:, column], fastest[column] / clip.fps, max(1, round(MAX_GAP_S * clip.fps))):
+            for a, b in _spikes(out[:, column], fastest[column] / clip.fps, max(1, round(REPAIR.gap_s * clip.fps))):
                 share = (np.arange(a, b) - (a - 1.0)) / (b - a + 1.0)
                 out[a:b, column] = (1.0 - share)[:, None] * out[a - 1, column] + share[:, None] * out[b, column]
                 found.append((a, b - a))
@@ -150,11 +142,11 @@ def _spikes(x: Float[ndarray, "T d"], most: float, longest: int) -> list[tuple[i
 def _tracks(clip: Clip) -> list[tuple[str, Float[ndarray, "T C d"], Float[ndarray, "C"]]]:
     """What may spike: field of the clip, its values as columns, and the greatest speed of each column."""
     if isinstance(clip, HumanClip):
-        return [("positions", clip.positions, np.full(len(clip.names), _FASTEST_POINT))]
+        return [("positions", clip.positions, np.full(len(clip.names), REPAIR.fastest_point))]
     robot = load_robot(clip.robot)
     motors = robot.velocity[[robot.joint(n) for n in clip.joint_names]]
     return [
-        ("root_pos", clip.root_pos[:, None], np.array([_FASTEST_HIPS])),
+        ("root_pos", clip.root_pos[:, None], np.array([REPAIR.fastest_hips])),
         ("joint_pos", clip.joint_pos[..., None], motors),
     ]
 
@@ -192,13 +184,13 @@ def _bridged(clip: Clip, bad: Bool[ndarray, "T"], repair: Repair) -> Clip:
 def _refuse_a_tear(clip: Clip) -> None:
     """Joined clips: the hips are elsewhere from one frame to the next, and stay there."""
     step = np.linalg.norm(np.diff(_hips(clip), axis=0), axis=1)
-    torn = np.flatnonzero(step * clip.fps > _FASTEST_HIPS)
+    torn = np.flatnonzero(step * clip.fps > REPAIR.fastest_hips)
     if len(torn):
         a = int(torn[0])
         raise ClipError(
             f"{clip.source.file}, frame {a + 1}",
             found=f"hips that jump {step[a]:.2f} m between {a / clip.fps:.2f} s and {(a + 1) / clip.fps:.2f} s",
-            expected=f"one motion: at most {_FASTEST_HIPS:g} m/s",
+            expected=f"one motion: at most {REPAIR.fastest_hips:g} m/s",
             cure="cut the clip there (its parts can be joined again, with steps between them); or is its frame rate wrong?",
         )
 

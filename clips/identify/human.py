@@ -10,6 +10,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import REQUIRED, HumanClip
+from clips.config import IDENTIFY
 from clips.edit import without_gaps
 from clips.errors import ClipError
 from clips.identify.landmark_geometry import guess_landmarks
@@ -18,7 +19,6 @@ from clips.identify.mapping import UnknownSkeleton, read_mapping
 from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
 from robot_models.maths import rotation as rot
 
-_SHORTEST, _TALLEST = 0.5, 2.6  # of a person [m]
 # Rotations (determinant +1, so nothing is mirrored) that bring a file's up axis to z.
 _Z_FROM_UP = {
     "z": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -131,12 +131,12 @@ def _in_our_axes(
 
 def _check_height(height: float, scale: float, unit: Finding, where: str) -> None:
     """A stated unit that makes a dwarf or a giant is wrong."""
-    if _SHORTEST < height < _TALLEST:
+    if IDENTIFY.shortest < height < IDENTIFY.tallest:
         return
-    fits = next((u for u, s in UNITS.items() if _SHORTEST < height / scale * s < _TALLEST), "")
+    fits = next((u for u, s in UNITS.items() if IDENTIFY.shortest < height / scale * s < IDENTIFY.tallest), "")
     raise ClipError(
         where, found=f"a person {height:.3g} m tall, with unit {unit.value} ({unit.why})",
-        expected=f"{_SHORTEST} to {_TALLEST} m", cure="state the right unit", option="unit", suggestion=fits,
+        expected=f"{IDENTIFY.shortest} to {IDENTIFY.tallest} m", cure="state the right unit", option="unit", suggestion=fits,
     )  # fmt: skip
 
 

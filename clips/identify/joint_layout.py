@@ -8,13 +8,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from clips.config import IDENTIFY
 from clips.errors import ClipError
 from clips.identify.joint_ranges import refuse_other_units
-from clips.identify.quaternion_order import PROBE_FRAMES, RIGHT_IS_CLEAR, posed, roughness, unit_wxyz
+from clips.identify.quaternion_order import posed, roughness, unit_wxyz
 from clips.provenance import Finding, RawFile, ReadOptions
 from robot_models import RobotModel, installed, load_robot, robot_names
-
-_SOME = 0.25  # per cent of values beyond their ranges that a file read rightly may have
 
 
 def layouts(count: int, robot_name: str | None) -> list[tuple[str, tuple[str, ...]]]:
@@ -90,7 +89,7 @@ def joint_order(
             what="joint order", value=options.joint_order, why="given", confidence="stated", option="joint_order"
         )
     fits = {}
-    probe = np.unique(np.linspace(0, len(root_pos) - 1, PROBE_FRAMES).astype(int))
+    probe = np.unique(np.linspace(0, len(root_pos) - 1, IDENTIFY.probe_frames).astype(int))
     root_pos, root_quat, joint_pos = root_pos[probe], root_quat[probe], joint_pos[probe]
     for label, order in orders.items():
         columns = [model.joint(n) for n in order]
@@ -102,16 +101,16 @@ def joint_order(
         fits[label] = 100.0 * float((beyond > 0.2).mean()), 1000.0 * rough
     told = ", ".join(f"{k}: {a:.2f} % beyond the ranges, soles rough by {b:.0f} mm" for k, (a, b) in fits.items())
     (share, rough), (share_isaac, rough_isaac) = fits["mujoco"], fits["isaac"]
-    if share > _SOME >= share_isaac and rough_isaac < rough / RIGHT_IS_CLEAR:
+    if share > IDENTIFY.beyond_right >= share_isaac and rough_isaac < rough / IDENTIFY.clear:
         return orders["isaac"], Finding(
             what="joint order", value="isaac", why=told, confidence="measured", option="joint_order"
         )
-    if share > _SOME and share_isaac < 0.5 * share:
+    if share > IDENTIFY.beyond_right and share_isaac < 0.5 * share:
         raise ClipError(
             raw.name, found=f"no clear joint order ({told})", expected="one that keeps the ranges and stands on a floor",
             cure="state it", option="joint_order", suggestion="isaac",
         )  # fmt: skip
-    clear = share <= _SOME < share_isaac or rough < rough_isaac
+    clear = share <= IDENTIFY.beyond_right < share_isaac or rough < rough_isaac
     return names, Finding(
         what="joint order",
         value="mujoco",

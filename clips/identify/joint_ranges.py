@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy import ndarray
 
+from clips.config import IDENTIFY
 from clips.errors import ClipError
 from clips.provenance import Finding, RawFile, ReadOptions, Repair
 from robot_models import RobotModel
-
-_MOST_BEYOND = 0.02  # share of them that no robot's own file has
 
 
 def refuse_other_units(
@@ -61,7 +60,7 @@ def check_limits(raw: RawFile, model: RobotModel, order: list[int], joint_pos: n
     share = float((beyond > 0.2).mean())
     worst = int(np.argmax(beyond.max(axis=0)))
     name = model.joint_names[order[worst]]
-    if share > _MOST_BEYOND:
+    if share > IDENTIFY.beyond_wrong:
         raise ClipError(
             f"{raw.name}, joint '{name}'",
             found=f"{100 * share:.0f} % of all joint values over 0.2 rad outside {model.name}'s limits",

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from clips.config import IDENTIFY
 from clips.errors import ClipError
 from clips.provenance import UNITS, Finding, ReadOptions
 
@@ -35,7 +36,6 @@ _MIDDLE = {
 _PREFIX = re.compile(
     r"^(.*[:|]|mixamorig\d*_?|j_bip_(c_)?|(def|org)-|character\d*_|(bip\d*|joint|j|body)[_ ])", re.IGNORECASE
 )
-_LEG_SHARE = 0.491  # thigh + shank over stature (Drillis & Contini 1966: .245 + .246)
 
 
 def find_landmarks(names: Sequence[str]) -> dict[str, str]:
@@ -90,21 +90,21 @@ def find_unit(legs: Float[ndarray, "T 2"], options: ReadOptions, where: str) -> 
         scale = UNITS[options.unit] if options.unit in UNITS else float(options.unit)
         return scale, Finding(what="unit", value=options.unit, why="given", confidence="stated", option="unit")
     if options.stature is not None:
-        scale = options.stature * _LEG_SHARE / leg
+        scale = options.stature * IDENTIFY.leg_share / leg
         why = f"stature {options.stature} m given"
         return scale, Finding(what="unit", value=f"{scale:.4g} m", why=why, confidence="stated", option="stature")
-    fits = [u for u, s in UNITS.items() if 0.62 <= leg * s <= 1.05]
+    fits = [u for u, s in UNITS.items() if IDENTIFY.legs[0] <= leg * s <= IDENTIFY.legs[1]]
     if fits:
         why = f"legs of {leg:.4g} units would be {leg * UNITS[fits[0]]:.2f} m; a person's are 0.62 to 1.05 m"
         return UNITS[fits[0]], Finding(what="unit", value=fits[0], why=why, confidence="measured", option="unit")
-    scale = 1.70 * _LEG_SHARE / leg
+    scale = IDENTIFY.stature * IDENTIFY.leg_share / leg
     why = f"legs of {leg:.4g} units fit no customary unit; a stature of 1.70 m is assumed"
     return scale, Finding(what="unit", value=f"{scale:.4g} m", why=why, confidence="assumed", option="stature")
 
 
 def stature(legs: Float[ndarray, "T 2"]) -> float:
     """Height of a person from the leg length [m]: the only segment that every skeleton has whole."""
-    return float(np.median(legs)) / _LEG_SHARE
+    return float(np.median(legs)) / IDENTIFY.leg_share
 
 
 def leg_lengths(positions: Float[ndarray, "T K 3"], names: Sequence[str], landmarks: Mapping[str, str]) -> ndarray:

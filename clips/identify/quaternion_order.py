@@ -6,14 +6,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from clips.config import IDENTIFY
 from clips.errors import ClipError
 from clips.provenance import Finding, RawFile, ReadOptions
 from robot_models import RobotModel, forward_kinematics, sole_corners
 from robot_models.maths import rotation as rot
 
-PROBE_FRAMES = 200
 OTHER_ORDER = {"xyzw": "wxyz", "wxyz": "xyzw"}
-RIGHT_IS_CLEAR = 1.5  # the wrong order's floor must be this many times rougher
 
 
 def find_quat_order(
@@ -47,7 +46,7 @@ def find_quat_order(
         f"{1000 * rough[other]:.0f} mm and {upright[other]:.2f} read as {other}"
     )
     stands = upright[best] - 0.5 > 0.0 > upright[other]
-    if stands or (rough[other] >= RIGHT_IS_CLEAR * rough[best] and upright[best] > upright[other] - 0.1):
+    if stands or (rough[other] >= IDENTIFY.clear * rough[best] and upright[best] > upright[other] - 0.1):
         return Finding(what="quaternion order", value=best, why=why, confidence="measured", option="quat_order")
     if custom:
         why = f"the dialect's custom; not settled by forward kinematics ({best}: {why})"
@@ -62,7 +61,7 @@ def posed(
     model: RobotModel, order: list[int], root_pos: ndarray, quat: ndarray, joint_pos: ndarray
 ) -> tuple[ndarray, float]:
     """Sole corners of a sample of frames, and the median of the pelvis' upward direction."""
-    frames = np.unique(np.linspace(0, len(root_pos) - 1, PROBE_FRAMES).astype(int))
+    frames = np.unique(np.linspace(0, len(root_pos) - 1, IDENTIFY.probe_frames).astype(int))
     qpos = np.tile(model.default_qpos, (len(frames), 1))
     qpos[:, :3], qpos[:, 3:7] = root_pos[frames], quat[frames]
     qpos[:, [7 + i for i in order]] = joint_pos[frames]

@@ -13,13 +13,12 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import RobotClip
+from clips.config import IDENTIFY
 from clips.errors import ClipError
 from clips.identify.joint_ranges import check_limits, refuse_other_units, unwrapped
 from clips.identify.quaternion_order import OTHER_ORDER, find_quat_order, posed, sole_tilt, unit_wxyz
 from clips.provenance import Finding, RawFile, ReadOptions, Repair
 from robot_models import RobotModel, load_robot
-
-_MOST_TILT = 0.06  # median height of the lower sole's edge over its other edge [m]
 
 
 def robot_clip(
@@ -112,7 +111,7 @@ def _stands(
             suggestion=OTHER_ORDER[quat_order],
         )
     tilt = float(np.median(sole_tilt(corners)))
-    if tilt > _MOST_TILT and not named:  # someone who floats, say, never stands flat
+    if tilt > IDENTIFY.most_tilt and not named:  # someone who floats, say, never stands flat
         raise ClipError(
             raw.name,
             found=f"the flatter sole tilted by {1000 * tilt:.0f} mm in half of all frames, read as {model.name}",

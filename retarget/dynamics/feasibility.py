@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
+from retarget.config import GRAVITY
 from retarget.dynamics.inverse_dynamics import Dynamics
 from robot_models.maths import runs_of
-
-_G = 9.81  # both engines' default [m/s^2]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +91,7 @@ def flight_fit(dynamics: Dynamics, *, longer_than_s: float = 0.1) -> list[Flight
         longer_than_s: shorter stretches are left out [s].
     """
     last = len(dynamics.com_w) - 1
-    lift = _G * dynamics.net_wrench_w[:, 2] / dynamics.weight  # the CoM's vertical acceleration less gravity's
+    lift = GRAVITY * dynamics.net_wrench_w[:, 2] / dynamics.weight  # the CoM's vertical acceleration less gravity's
     height, out = dynamics.com_w[:, 2], []
     for a, b in runs_of(dynamics.flight):
         if (b - a) / dynamics.fps <= longer_than_s:
@@ -104,7 +103,7 @@ def flight_fit(dynamics: Dynamics, *, longer_than_s: float = 0.1) -> list[Flight
                 start_s=start / dynamics.fps, end_s=end / dynamics.fps,
                 off_gravity=float(np.sqrt(np.mean(lift[a:b] ** 2))),
                 rise=float((height[start : end + 1] - line).max()),
-                ballistic_rise=_G * ((end - start) / dynamics.fps) ** 2 / 8.0,
+                ballistic_rise=GRAVITY * ((end - start) / dynamics.fps) ** 2 / 8.0,
             )
         )  # fmt: skip
     return out

@@ -14,18 +14,14 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import Reference
+from retarget.config import DynamicsConfig
 from retarget.dynamics.contact_forces import Demand, contact_forces
 from retarget.dynamics.support import outside_support, pieces, sole_points
 from retarget.errors import RetargetError
 from robot_models import RobotModel, pinocchio_model, pinocchio_q, pinocchio_v
 from robot_models.maths import rotation as rot
 
-# A score of 1 each. The ratio of the first two, 0.4 m, is about a humanoid's radius of gyration: force and moment
-# weigh alike by how fast they would move its parts.
-FORCE_GATE = 0.25  # missing force, of the weight: the CoM would go 2.5 m/s^2 another way
-MOMENT_GATE = 0.1  # missing moment, of the weight times 1 m: a ZMP 10 cm out of reach, were no force missing
-EFFORT_GATE = 0.25  # torque beyond the motor's, of the motor's
-_CARRIED = 0.1  # of the weight: with less on the floor the ZMP says nothing
+_RULES = DynamicsConfig()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,9 +48,9 @@ class Dynamics:
         """The three parts of the score: missing force, missing moment, torque beyond the motor's, each in its gate."""
         force, moment = np.linalg.norm(self.residual.reshape(-1, 2, 3), axis=-1).T
         return {
-            "force": force / (FORCE_GATE * self.weight),
-            "moment": moment / (MOMENT_GATE * self.weight),
-            "effort": np.maximum(self.effort_share - 1.0, 0.0) / EFFORT_GATE,
+            "force": force / (_RULES.force_gate * self.weight),
+            "moment": moment / (_RULES.moment_gate * self.weight),
+            "effort": np.maximum(self.effort_share - 1.0, 0.0) / _RULES.effort_gate,
         }
 
     @property
@@ -93,7 +89,9 @@ def dynamics_of(reference: Reference, robot: RobotModel) -> Dynamics:
         qvel[a:b], qacc[a:b] = differences(qpos[a:b], 1.0 / reference.fps)
     demand = inverse_dynamics(robot, qpos, qvel, qacc)
     points = sole_points(reference, robot)
-    forces, torque, error = contact_forces(robot, qpos, points, demand, force_gate=FORCE_GATE, moment_gate=MOMENT_GATE)
+    forces, torque, error = contact_forces(
+        robot, qpos, points, demand, force_gate=_RULES.force_gate, moment_gate=_RULES.moment_gate
+    )
     needed = np.concatenate((demand.force_w, demand.moment_w), axis=1)
     arm = points.pos_w - demand.com_w[:, None]
     given = np.concatenate((forces.sum(axis=1), rot.cross(arm, forces).sum(axis=1)), axis=1)
@@ -184,6 +182,6 @@ def inverse_dynamics(
 def _zmp(demand: Demand, flight: Bool[ndarray, "T"]) -> Float[ndarray, "T 2"]:
     """Where on the floor z = 0 the contact wrench has no horizontal moment (Vukobratovic & Borovac 2004)."""
     com, force, moment = demand.com_w, demand.force_w, demand.moment_w
-    carried = np.where(flight | (force[:, 2] < _CARRIED * demand.weight), np.nan, force[:, 2])
+    carried = np.where(flight | (force[:, 2] < _RULES.carried * demand.weight), np.nan, force[:, 2])
     sideways = np.stack((-moment[:, 1], moment[:, 0]), axis=1) - com[:, 2:] * force[:, :2]
     return com[:, :2] + sideways / carried[:, None]

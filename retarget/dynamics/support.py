@@ -11,12 +11,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from clips import FREE, Reference
+from clips import FREE, Reference, heights_and_speeds
+from retarget.config import DynamicsConfig
 from robot_models import CONTACT_NAMES, FEET, RobotModel
 from robot_models.maths import rotation as rot
 
-_HIGH = 0.03  # a point higher than this carries nothing, whatever its label says [m]
-_LOW, _SLOW = 0.01, 0.3  # an unlabelled point lower [m] and slower [m/s] than this carries all the same
+_RULES = DynamicsConfig()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,15 +56,14 @@ def sole_points(reference: Reference, robot: RobotModel) -> SolePoints:
             edges.append(CONTACT_NAMES.index(f"{side}_{'heel' if x < 0.5 * sum(sole.x) else 'toe'}"))
     quat = rot.normalise(np.asarray(reference.body_quat_w, dtype=float))[:, places]
     pos = reference.body_pos_w[:, places] + rot.rotate(quat, np.broadcast_to(offsets, (*quat.shape[:2], 3)))
-    velocity = [rot.linear_velocity(pos[a:b], 1.0 / reference.fps) for a, b in pieces(reference)]
-    speed = np.linalg.norm(np.concatenate(velocity), axis=-1)
-    height = pos[..., 2]
-    touches = (reference.contact[:, edges] != FREE) | ((height < _LOW) & (speed < _SLOW))
+    parts = [heights_and_speeds(pos[a:b], reference.fps, 0.0) for a, b in pieces(reference)]
+    height, speed = (np.concatenate(x) for x in zip(*parts, strict=True))
+    touches = (reference.contact[:, edges] != FREE) | _RULES.carrying.holds(height, speed)
     near = touches.copy()
     for a, b in pieces(reference):
         near[a + 1 : b] |= touches[a : b - 1]
         near[a : b - 1] |= touches[a + 1 : b]
-    return SolePoints(pos_w=pos, touching=near & (height < _HIGH), yaw=rot.yaw(quat), body=tuple(places))
+    return SolePoints(pos_w=pos, touching=near & (height < _RULES.clear_height), yaw=rot.yaw(quat), body=tuple(places))
 
 
 def outside_support(

@@ -19,12 +19,7 @@ from retarget.solver.residuals import goal_rows
 from robot_models import Kinematics, RobotModel, integrate, kinematics
 from robot_models.maths import REACH, band_memory, widened
 
-_NEAR = 0.025  # surfaces nearer than this are watched [m]
 _HELD = 1e10  # damping that lets a frame not move
-_FEET_OFF = 1.0  # squared weighted residual of the feet beyond which a frame is solved again
-_PIN_OFF = 0.005  # of a joint from its key frame, the same [rad]
-_FAILED = 2.0  # a step whose frame comes out so many times worse than promised, and
-_SLIGHT = 1.0  # so much, is taken back
 
 
 def refine(
@@ -71,7 +66,7 @@ class _Descent:
         self._bounds = joint_bounds(robot, frames, fps, config)
         for bound in self._bounds:
             bound.update(start[:, 7:])  # what the start breaks is held from the first step on
-        self._proximity = Proximity(robot, _NEAR) if level.clearance else None
+        self._proximity = Proximity(robot, config.watched_gap) if level.clearance else None
         self._damping = np.full(frames, config.damping)
         self._before, self._promised = np.full(frames, np.inf), np.full(frames, np.inf)  # squared residuals
         self._memory = band_memory(frames, robot.model.nv)
@@ -87,9 +82,9 @@ class _Descent:
     def _missed(self) -> ndarray:
         kin = kinematics(self._robot, self.qpos)
         residual, _, body_rows = goal_rows(self._goals, kin)
-        missed = _squared(residual[:, body_rows:]) > _FEET_OFF
+        missed = _squared(residual[:, body_rows:]) > self._config.feet_off
         pinned = self._goals.posture_weight == self._goals.weights.pin
-        missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._goals.posture) > _PIN_OFF)).any(axis=1)
+        missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._goals.posture) > self._config.pin_off)).any(axis=1)
         if self._proximity is not None:
             places, wanted, _ = _near_places(self.qpos, kin, self._proximity, self._config)
             missed[places.frame[too_near(places.gap, wanted)]] = True
@@ -105,7 +100,9 @@ class _Descent:
         moved = np.flatnonzero(self.wanted > self._config.settled)
         if len(moved):
             self._evaluated(moved)
-        return np.concatenate((self.qpos[:, :7], kept(self._bounds, self.qpos[:, 7:], 2 * margin)), axis=1)
+        return np.concatenate(
+            (self.qpos[:, :7], kept(self._bounds, self.qpos[:, 7:], 2 * margin, self._config)), axis=1
+        )
 
     def iterate(self, moving: Bool[ndarray, "T"]) -> None:
         """One Gauss-Newton step of some frames; the others stand still."""
@@ -137,10 +134,14 @@ class _Descent:
 
     def _evaluated(self, frames: ndarray) -> tuple[ndarray, Kinematics, ndarray, ndarray, int]:
         """What came of the last step, squared, and the goals' rows after failed frames were taken back."""
-        goals, kin = self._goals.at(frames), kinematics(self._robot, self.qpos[frames])
+        config, goals, kin = self._config, self._goals.at(frames), kinematics(self._robot, self.qpos[frames])
         residual, jacobian, body_rows = goal_rows(goals, kin)
         came = _squared(residual)
-        failed = widened(came > _FAILED * np.maximum(self._before[frames], self._promised[frames]) + _SLIGHT, 5)
+        failed = widened(
+            came
+            > config.failed_ratio * np.maximum(self._before[frames], self._promised[frames]) + config.failed_residual,
+            5,
+        )
         if failed.any():
             self.qpos[frames[failed]] = self._last[frames[failed]]
             kin = kinematics(self._robot, self.qpos[frames])
@@ -153,9 +154,11 @@ class _Descent:
         tried = np.isfinite(promised)
         poor = np.zeros(len(frames), dtype=bool)
         came, before, promised = came[tried], before[tried], promised[tried]
-        poor[tried] = came - promised > 0.25 * np.abs(before - promised) + 3e-3
-        changed = np.where(widened(poor, 2), 4.0 * np.maximum(damping, 0.03), damping / 3.0)
-        self._damping[frames] = np.where(tried, np.clip(changed, 1e-4, 100.0), damping)
+        c = self._config
+        poor[tried] = came - promised > c.poor_share * np.abs(before - promised) + c.poor_residual
+        grown = c.damping_growth * np.maximum(damping, c.damping_floor)
+        changed = np.where(widened(poor, 2), grown, damping / c.damping_decay)
+        self._damping[frames] = np.where(tried, np.clip(changed, *c.damping_range), damping)
         return self._damping[frames]
 
 
@@ -163,7 +166,7 @@ def _near_places(
     qpos: ndarray, kin: Kinematics, proximity: Proximity, config: WholeClipConfig
 ) -> tuple[Places, ndarray, ndarray]:
     """Where soles and bodies come near to something, the gap that shall remain, and how firmly."""
-    places = low_soles(kin.robot, kin, _NEAR).along_with(proximity(qpos))
+    places = low_soles(kin.robot, kin, config.watched_gap).along_with(proximity(qpos))
     on_floor = (places.first == WORLD) | (places.second == WORLD)
     gap = np.where(on_floor, config.floor_gap, config.body_gap)
     return places, gap, np.where(on_floor, config.floor_spring, config.body_spring)

@@ -16,26 +16,28 @@ from retarget.config import WholeClipConfig
 from robot_models import RobotModel
 from robot_models.maths import REACH, BandedSystem, spread_back, widened
 
-# Springs that hold rows of order 0, 1 and 2: violations are forces over these. Stiffer ones make the active sets of
-# speed and acceleration cycle where joints have little room.
-_SPRINGS = (1e6, 1e5, 3e4)
 _ROUNDING = 1e-7
-_SLACK = 1e-3  # of a bound's width
-_MOST_ROUNDS = 20
 _HELD = 1e10  # keeps a frame where it is
 
 
 class Bound:
     """lower <= order-th time difference of the joint angles <= upper."""
 
-    def __init__(self, name: str, order: int, lower: Float[ndarray, "J"], upper: Float[ndarray, "J"], side: ndarray):
-        self.name, self.order, self.lower, self.upper = name, order, lower, upper
+    def __init__(
+        self,
+        order: int,
+        lower: Float[ndarray, "J"],
+        upper: Float[ndarray, "J"],
+        side: ndarray,
+        config: WholeClipConfig = WholeClipConfig(),
+    ) -> None:
+        self.order, self.lower, self.upper, self._config = order, lower, upper, config
         self._side: ndarray = side  # (T - order, J): -1 held below, 1 held above
         self._joined = np.ones(len(side), dtype=bool)  # rows of consecutive frames
 
     def part(self, frames: Int[ndarray, "F"]) -> Bound:
         """The bound on some of the frames; rows across a gap between them bind nothing."""
-        out = Bound(self.name, self.order, self.lower, self.upper, self._side[:0])
+        out = Bound(self.order, self.lower, self.upper, self._side[:0], self._config)
         first = frames[: max(0, len(frames) - self.order)]
         out._joined = frames[self.order :] - first == self.order
         out._side = np.where(out._joined[:, None], self._side[np.minimum(first, len(self._side) - 1)], 0)
@@ -49,7 +51,7 @@ class Bound:
     def add_to(self, system: BandedSystem, gradient: Float[ndarray, "T n"], joints: Float[ndarray, "T J"]) -> None:
         """Add the springs of the held rows, for a step from `joints`."""
         if self._side.any():
-            weight = _SPRINGS[self.order] * (self._side != 0)
+            weight = self._config.limit_springs[self.order] * (self._side != 0)
             first = gradient.shape[1] - joints.shape[1]
             system.add_differences(self.order, weight, first)
             stretch = np.diff(joints, self.order, axis=0) - self._held()
@@ -68,7 +70,7 @@ class Bound:
 
     def excess(self, joints: Float[ndarray, "T J"]) -> Bool[ndarray, "Td J"]:
         """Which rows are beyond their bound by more than its margin forgives."""
-        value, slack = np.diff(joints, self.order, axis=0), _SLACK * (self.upper - self.lower)
+        value, slack = np.diff(joints, self.order, axis=0), self._config.limit_slack * (self.upper - self.lower)
         return np.asarray((value > self.upper + slack) | (value < self.lower - slack))
 
     def touched(self, rows: Bool[ndarray, "Td J"]) -> Bool[ndarray, "T"]:
@@ -88,14 +90,16 @@ def joint_bounds(robot: RobotModel, frames: int, fps: float, config: WholeClipCo
     lower, upper = robot.ranges(config.limit_margin)
     speed = config.speed_share * robot.velocity / fps
     turn = config.acceleration_share * robot.acceleration / fps**2
-    limits = (("position", lower, upper), ("speed", -speed, speed), ("acceleration", -turn, turn))
+    limits = ((lower, upper), (-speed, speed), (-turn, turn))  # of position, speed, acceleration
     return [
-        Bound(name, order, low, high, np.zeros((max(0, frames - order), len(low)), dtype=np.int8))
-        for order, (name, low, high) in enumerate(limits)
+        Bound(order, low, high, np.zeros((max(0, frames - order), len(low)), dtype=np.int8), config)
+        for order, (low, high) in enumerate(limits)
     ]
 
 
-def kept(bounds: list[Bound], joints: Float[ndarray, "T J"], reach: int) -> Float[ndarray, "T J"]:
+def kept(
+    bounds: list[Bound], joints: Float[ndarray, "T J"], reach: int, config: WholeClipConfig = WholeClipConfig()
+) -> Float[ndarray, "T J"]:
     """The nearest motion within all bounds, changed smoothly; only frames within `reach` of a broken one change."""
     broken = np.any([b.touched(b.excess(joints)) for b in bounds], axis=0)
     if not broken.any():
@@ -104,8 +108,8 @@ def kept(bounds: list[Bound], joints: Float[ndarray, "T J"], reach: int) -> Floa
     frames = np.flatnonzero(widened(moving, REACH))
     part, start = [b.part(frames) for b in bounds], joints[frames]
     # Where the limits leave hardly any way, a smoother motion finds one.
-    for smoothness in (0.0, 0.5, 0.9, 0.99, 0.999, 0.9999):
-        step, settled = _within(part, start, moving[frames], smoothness)
+    for smoothness in config.projection_smoothness:
+        step, settled = _within(part, start, moving[frames], smoothness, config.limit_rounds)
         if settled:
             break
     out = np.array(joints)
@@ -113,7 +117,9 @@ def kept(bounds: list[Bound], joints: Float[ndarray, "T J"], reach: int) -> Floa
     return out
 
 
-def _within(bounds: list[Bound], start: ndarray, moving: ndarray, smoothness: float) -> tuple[ndarray, bool]:
+def _within(
+    bounds: list[Bound], start: ndarray, moving: ndarray, smoothness: float, rounds: int
+) -> tuple[ndarray, bool]:
     """The small and smooth step within the bounds, and whether the active sets came to rest.
 
     smoothness weighs the third differences of the motion against the size of the step.
@@ -123,7 +129,7 @@ def _within(bounds: list[Bound], start: ndarray, moving: ndarray, smoothness: fl
     rough, step = np.zeros_like(start), np.zeros_like(start)
     if len(start) > REACH:
         rough = spread_back(smoothness * np.diff(start, REACH, axis=0), REACH)
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(rounds):
         system, pull = BandedSystem(stay), rough.copy()
         system.add_differences(REACH, np.ones((max(0, len(start) - REACH), start.shape[1])))
         for bound in bounds:

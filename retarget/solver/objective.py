@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import PIVOTING
-from retarget.config import GoalWeights
+from retarget.config import FeetConfig, GoalWeights
 from retarget.solver.free_joints import free_joints
 from retarget.targets import LIMBS, Targets, edge_share
 from robot_models import FEET, RobotModel
@@ -44,6 +44,7 @@ def make_goals(
     weights: GoalWeights,
     posture: Float[ndarray, "T J"],
     pins: Float[ndarray, "T J"] | None = None,
+    feet_config: FeetConfig = FeetConfig(),
 ) -> Goals:
     """Weigh the targets.
 
@@ -53,6 +54,7 @@ def make_goals(
         weights: how firmly.
         posture: joint angles to stay near where the targets leave freedom [rad].
         pins: joint angles of key frames [rad], NaN where there is none.
+        feet_config: how fast a foot that leaves the floor is let go.
     """
     feet = targets.feet
     edges = [
@@ -60,7 +62,7 @@ def make_goals(
         for k, side in enumerate(FEET)
         for point in (robot.soles[side].heel, robot.soles[side].toe)
     ]
-    share = edge_share(feet, targets.fps)
+    share = edge_share(feet, targets.fps, feet_config)
     edge_weight = np.repeat((weights.swing + share * (weights.planted - weights.swing))[..., None], 3, axis=2)
     edge_weight[..., :2][feet.contact == PIVOTING] = weights.pivot
     touching = share.reshape(-1, 2, 2).max(axis=2)

@@ -12,42 +12,40 @@ import numpy as np
 from jaxtyping import Int
 from numpy import ndarray
 
-from clips import FREE, HumanClip
+from clips import FREE, HumanClip, heights_and_speeds, own_floor
+from retarget.config import GRAVITY, JumpConfig
 from retarget.targets.contacts import edge_points
 from retarget.targets.targets import Targets
 from robot_models.maths import runs_of
 
-_G = 9.81  # [m/s^2]
-_UP = 0.04  # the source jumps if all its edges are higher than this over their own floor for a moment [m]
-_LONGEST_S = 0.7  # a person stays up no longer: beyond it the source hovers [s]
 
-
-def thrown(targets: Targets, source: HumanClip) -> Targets:
+def thrown(targets: Targets, source: HumanClip, config: JumpConfig = JumpConfig()) -> Targets:
     """The targets with every jump of the source raised, or lowered, to g T^2 / 8 over its chord.
 
     Args:
         targets: in the robot's size.
         source: what they were made from, frame by frame.
+        config: what a jump is.
     """
     pelvis, feet = targets.pelvis_pos.copy(), targets.feet.pos.copy()
-    for a, b in jumps(targets.feet.contact, source):
+    for a, b in jumps(targets.feet.contact, source, config):
         s = np.arange(1, b - a + 1) / (b - a + 1)  # 0 at the last touch before, 1 at the first after
         chord = pelvis[a - 1, 2] + s * (pelvis[b, 2] - pelvis[a - 1, 2])
         duration = (b - a + 1) / targets.fps
-        raised = chord + 0.5 * _G * duration**2 * s * (1.0 - s) - pelvis[a:b, 2]
+        raised = chord + 0.5 * GRAVITY * duration**2 * s * (1.0 - s) - pelvis[a:b, 2]
         pelvis[a:b, 2] += raised
         ground = np.minimum(feet[a - 1, :, 2], feet[b, :, 2])
         feet[a:b, :, 2] = np.maximum(feet[a:b, :, 2] + raised[:, None], ground)
     return replace(targets, pelvis_pos=pelvis, feet=replace(targets.feet, pos=feet))
 
 
-def jumps(contact: Int[ndarray, "T 4"], source: HumanClip) -> list[tuple[int, int]]:
+def jumps(contact: Int[ndarray, "T 4"], source: HumanClip, config: JumpConfig = JumpConfig()) -> list[tuple[int, int]]:
     """Half-open frame ranges without a touch, between two touches, in which the source is in the air for certain."""
     points = edge_points(source)
-    over = points[..., 2] - np.percentile(points[..., 2], 5.0, axis=0)
-    high = np.asarray((over > _UP).all(axis=1))
+    height, _ = heights_and_speeds(points, source.fps, own_floor(points))
+    high = np.asarray((height > config.height).all(axis=1))
     return [
         (a, b)
         for a, b in runs_of((contact == FREE).all(axis=1))
-        if 0 < a and b < len(contact) and high[a:b].any() and (b - a + 1) / source.fps <= _LONGEST_S
+        if 0 < a and b < len(contact) and high[a:b].any() and (b - a + 1) / source.fps <= config.longest_s
     ]

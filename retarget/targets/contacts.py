@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from clips import FREE, PIVOTING, PLANTED, HumanClip
+from clips import FREE, PIVOTING, PLANTED, HumanClip, heights_and_speeds, own_floor
 from retarget.config import ContactConfig
 from robot_models import FEET
 from robot_models.maths import rotation, runs_of
@@ -31,10 +31,8 @@ class Contacts:
 def find_contacts(clip: HumanClip, config: ContactConfig) -> Contacts:
     """Detect touches on the clip's own ankle and toe points (the ankle stands for the heel)."""
     points = edge_points(clip)
-    height = points[..., 2] - np.percentile(points[..., 2], config.floor_percentile, axis=0)
-    speed = np.linalg.norm(rotation.linear_velocity(points, 1.0 / clip.fps), axis=-1)
-    tight = (speed < config.tight_speed) & (height < config.tight_height)
-    loose = (speed < config.loose_speed) & (height < config.loose_height)
+    height, speed = heights_and_speeds(points, clip.fps, own_floor(points, config.floor_percentile))
+    tight, loose = config.tight.holds(height, speed), config.loose.holds(height, speed)
     shortest = max(1, round(config.min_duration_s * clip.fps))
     touching = np.stack([_hysteresis(tight[:, k], loose[:, k], shortest) for k in range(4)], axis=1)
     turning: ndarray = np.greater(np.abs(foot_yaw_rate(clip)), config.pivot_rate)

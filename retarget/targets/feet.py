@@ -14,15 +14,13 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from clips import FREE, HumanClip
+from retarget.config import FeetConfig
 from retarget.targets.contacts import Contacts
 from retarget.targets.segment_frames import foot_frames
 from robot_models import FEET, RobotModel, Sole
 from robot_models.maths import away_from, runs_of
 from robot_models.maths import rotation as rot
 
-_RAMP_S = 0.12  # time in which a foot leaves its flat pose towards the source's pitch
-_EASE_S = 0.16  # time in which a swinging foot takes up the source's motion
-_LONG_SWING_S = 1.0  # beyond this a swing forgets its anchors on the way
 _Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -42,7 +40,9 @@ class FootTargets:
         return replace(self, pos=pos, shift=self.shift + way)
 
 
-def foot_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, scale: float) -> FootTargets:
+def foot_targets(
+    clip: HumanClip, contacts: Contacts, robot: RobotModel, scale: float, config: FeetConfig = FeetConfig()
+) -> FootTargets:
     """Foot poses in the robot's size.
 
     Args:
@@ -50,8 +50,9 @@ def foot_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, scale: 
         contacts: its touches.
         robot: gives the soles.
         scale: robot leg length over the person's.
+        config: how swings are led.
     """
-    poses = [_one_foot(clip, contacts, k, robot.soles[side], scale) for k, side in enumerate(FEET)]
+    poses = [_one_foot(clip, contacts, k, robot.soles[side], scale, config) for k, side in enumerate(FEET)]
     return FootTargets(
         pos=np.stack([p[0] for p in poses], axis=1),
         quat=np.stack([p[1] for p in poses], axis=1),
@@ -60,13 +61,13 @@ def foot_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, scale: 
     )
 
 
-def edge_share(feet: FootTargets, fps: float) -> Float[ndarray, "T 4"]:
+def edge_share(feet: FootTargets, fps: float, config: FeetConfig = FeetConfig()) -> Float[ndarray, "T 4"]:
     """Per edge 1 while it touches, falling smoothly to 0 when it does not: how firmly the solver shall hold it."""
     share = np.zeros(feet.contact.shape)
     for k in range(4):
         held = feet.contact[:, k] != FREE
         if held.any():
-            share[:, k] = 1.0 - smoothstep(away_from(held) / (_EASE_S * fps + 1.0))
+            share[:, k] = 1.0 - smoothstep(away_from(held) / (config.ease_s * fps + 1.0))
     return share
 
 
@@ -78,7 +79,7 @@ def flat_height(clip: HumanClip, contacts: Contacts, foot: int) -> float:
 
 
 def _one_foot(
-    clip: HumanClip, contacts: Contacts, foot: int, sole: Sole, scale: float
+    clip: HumanClip, contacts: Contacts, foot: int, sole: Sole, scale: float, config: FeetConfig
 ) -> tuple[ndarray, ndarray, ndarray]:
     side = FEET[foot]
     heel, toe = contacts.touching[:, 2 * foot], contacts.touching[:, 2 * foot + 1]
@@ -89,14 +90,18 @@ def _one_foot(
     locked = np.zeros(len(pos), dtype=bool)
     for a, b in runs_of((heel | toe) & ~pivot):
         part = slice(a, b)
-        locked_pos[part], locked_quat[part] = _stance(pos[part], quat[part], heel[part], toe[part], sole, clip.fps)
+        locked_pos[part], locked_quat[part] = _stance(
+            pos[part], quat[part], heel[part], toe[part], sole, config.ramp_s * clip.fps
+        )
         locked[part] = True
     if not locked.any():
         return _above_floor(pos, quat, sole), quat, np.zeros((len(pos), 2))
-    new_pos = pos + spread(locked_pos - pos, locked, clip.fps)
+    new_pos = pos + spread(locked_pos - pos, locked, clip.fps, config)
     turn = rot.log(rot.multiply(locked_quat, rot.conjugate(quat)))
-    new_quat = rot.multiply(rot.exp(spread(turn, locked, clip.fps)), quat)
-    new_pos, new_quat = _eased_off(new_pos, new_quat, locked_pos, locked_quat, locked & ~pivot, clip.fps)
+    new_quat = rot.multiply(rot.exp(spread(turn, locked, clip.fps, config)), quat)
+    new_pos, new_quat = _eased_off(
+        new_pos, new_quat, locked_pos, locked_quat, locked & ~pivot, config.ease_s * clip.fps
+    )
     new_quat[pivot] = rot.from_yaw(rot.yaw(new_quat[pivot]))
     new_pos[pivot, 2] = -sole.z
     shift = new_pos[:, :2] - pos[:, :2]
@@ -104,7 +109,7 @@ def _one_foot(
 
 
 def _stance(
-    pos: ndarray, quat: ndarray, heel: ndarray, toe: ndarray, sole: Sole, fps: float
+    pos: ndarray, quat: ndarray, heel: ndarray, toe: ndarray, sole: Sole, ramp: float
 ) -> tuple[ndarray, ndarray]:
     """Pose of a foot that touches all along: one heading, one place, turning about the edge that stays down."""
     flat = heel & toe
@@ -114,7 +119,7 @@ def _stance(
     pitch = _pitch(quat)
     # On the toes the heel can only be up, on the heel only the toes: the other sign would sink the free edge.
     pitch = np.where(toe & ~heel, np.maximum(pitch, 0.0), np.where(heel & ~toe, np.minimum(pitch, 0.0), 0.0))
-    pitch = pitch * _ramp_from(flat, fps)
+    pitch = pitch * _ramp_from(flat, ramp)
     new_quat = rot.multiply(level, rot.exp(pitch[:, None] * np.array([0.0, 1.0, 0.0])))
     edge = np.where((pitch < 0.0)[:, None], np.array(sole.heel), np.array(sole.toe))
     if flat.any():
@@ -132,17 +137,19 @@ def _pitch(quat: ndarray) -> ndarray:
     return np.asarray(np.arcsin(np.clip(-x[:, 2], -1.0, 1.0)))
 
 
-def _ramp_from(flat: ndarray, fps: float) -> ndarray:
+def _ramp_from(flat: ndarray, frames: float) -> ndarray:
     """0 in flat frames, rising smoothly to 1 with the distance from them; 1 all along without any."""
     if not flat.any():
         return np.ones(len(flat))
-    return smoothstep(away_from(flat) / max(1.0, _RAMP_S * fps))
+    return smoothstep(away_from(flat) / max(1.0, frames))
 
 
-def spread(difference: Float[ndarray, "T n"], locked: Bool[ndarray, "T"], fps: float) -> Float[ndarray, "T n"]:
+def spread(
+    difference: Float[ndarray, "T n"], locked: Bool[ndarray, "T"], fps: float, config: FeetConfig = FeetConfig()
+) -> Float[ndarray, "T n"]:
     """The difference where locked, eased between neighbouring locks elsewhere."""
     out = np.where(locked[:, None], difference, 0.0)
-    fade = int(_LONG_SWING_S * fps / 2)
+    fade = int(config.long_swing_s * fps / 2)
     for a, b in runs_of(~locked):
         before = difference[a - 1] if a > 0 else None
         after = difference[b] if b < len(locked) else None
@@ -159,7 +166,7 @@ def spread(difference: Float[ndarray, "T n"], locked: Bool[ndarray, "T"], fps: f
 
 
 def _eased_off(
-    pos: ndarray, quat: ndarray, locked_pos: ndarray, locked_quat: ndarray, locked: ndarray, fps: float
+    pos: ndarray, quat: ndarray, locked_pos: ndarray, locked_quat: ndarray, locked: ndarray, ease: float
 ) -> tuple[ndarray, ndarray]:
     """Swings that leave and meet their stances at rest: a source is called touching while it still moves a little."""
     base_pos, base_quat = locked_pos.copy(), locked_quat.copy()
@@ -170,7 +177,7 @@ def _eased_off(
         base_pos[a:b] = locked_pos[before] + s[:, None] * (locked_pos[after] - locked_pos[before])
         first, last = (np.broadcast_to(locked_quat[t], (b - a, 4)) for t in (before, after))
         base_quat[a:b] = rot.slerp(first, last, s)
-    w = smoothstep(away_from(locked) / (_EASE_S * fps + 1.0))
+    w = smoothstep(away_from(locked) / (ease + 1.0))
     return base_pos + w[:, None] * (pos - base_pos), rot.slerp(base_quat, quat, w)
 
 

@@ -10,35 +10,33 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import FREE
+from retarget.config import FeetConfig
 from retarget.targets.feet import FootTargets, smoothstep, spread
 from robot_models import FEET, RobotModel
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of
 
-_GAP = 0.010  # kept between the soles of two standing feet [m]
-_LOW = 0.12  # one foot over the other, up to which they meet [m]
-_ROUNDS = 10  # a stance that gives way to one may meet another
 
-
-def parted(feet: FootTargets, robot: RobotModel, fps: float) -> FootTargets:
+def parted(feet: FootTargets, robot: RobotModel, fps: float, config: FeetConfig = FeetConfig()) -> FootTargets:
     """The same feet, no sole on another: of two that stand each gives way by half, else the one that swings.
 
     Args:
         feet: where they would be.
         robot: gives the soles.
         fps: of the frames.
+        config: how far apart.
     """
     stands = (feet.contact != FREE).reshape(-1, 2, 2).any(axis=2)
-    both, low = stands.all(axis=1), np.abs(feet.pos[:, 0, 2] - feet.pos[:, 1, 2]) < _LOW
-    middles, axes, room = _footprints(feet, robot)
+    both, low = stands.all(axis=1), np.abs(feet.pos[:, 0, 2] - feet.pos[:, 1, 2]) < config.crossing_height
+    middles, axes, room = _footprints(feet, robot, config.sole_gap)
     moved = np.zeros_like(feet.shift)
-    for _ in range(_ROUNDS):
+    for _ in range(config.separation_rounds):
         overlap = _overlap(middles + moved, axes, room) * both[:, None]
         if not overlap.any():
             break
         for k, way in enumerate((-0.5, 0.5)):
-            moved[:, k] += way * spread(_of_stances(overlap, stands[:, k]), stands[:, k], fps)
-    for _ in range(_ROUNDS):
+            moved[:, k] += way * spread(_of_stances(overlap, stands[:, k]), stands[:, k], fps, config)
+    for _ in range(config.separation_rounds):
         overlap = _overlap(middles + moved, axes, room) * (low & ~both)[:, None]
         if not overlap.any():
             break
@@ -75,13 +73,13 @@ def _bump(frames: int, top: int) -> Float[ndarray, "T"]:
 
 
 def _footprints(
-    feet: FootTargets, robot: RobotModel
+    feet: FootTargets, robot: RobotModel, gap: float
 ) -> tuple[Float[ndarray, "T 2 2"], Float[ndarray, "T 4 2"], Float[ndarray, "T 4"]]:
     """Both soles on the floor: middles, the directions of their sides, and along these the room that the two need."""
     yaw = rot.yaw(feet.quat)
     ahead = np.stack((np.cos(yaw), np.sin(yaw)), axis=-1)
     axes = np.concatenate((ahead, np.stack((-ahead[..., 1], ahead[..., 0]), axis=-1)), axis=1)
-    middles, room = feet.pos[..., :2].copy(), np.full(axes.shape[:2], _GAP)
+    middles, room = feet.pos[..., :2].copy(), np.full(axes.shape[:2], gap)
     for k, side in enumerate(FEET):
         corners = np.asarray(robot.soles[side].corners) * [1.0, 1.0, 0.0]
         placed = rot.rotate(rot.from_yaw(yaw[:, k])[:, None], corners[None])[..., :2]

@@ -11,16 +11,16 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import FREE
+from retarget.config import FeetConfig
 from retarget.targets.feet import FootTargets, spread
 from robot_models import FEET, RobotModel, ancestors, joint_axes
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of
 
-_MARGIN = 0.02  # of the ankle's range, kept for balance [rad]
-_ALONG = 0.7  # cosine to the foot's length, above which an ankle's joint is its roll
 
-
-def drawn_in(feet: FootTargets, hips: Float[ndarray, "T 2 3"], robot: RobotModel, fps: float) -> FootTargets:
+def drawn_in(
+    feet: FootTargets, hips: Float[ndarray, "T 2 3"], robot: RobotModel, fps: float, config: FeetConfig = FeetConfig()
+) -> FootTargets:
     """The same feet, those that stand so far beside their hips that the sole would tilt moved towards them.
 
     A leg that leans sideways by an angle needs that angle of the ankle's roll. A stance moves by the median of what
@@ -31,6 +31,7 @@ def drawn_in(feet: FootTargets, hips: Float[ndarray, "T 2 3"], robot: RobotModel
         hips: left and right [m].
         robot: gives the ankles.
         fps: of the frames.
+        config: how much of the ankle's range is kept.
     """
     moved = np.zeros_like(feet.shift)
     for k, side in enumerate(FEET):
@@ -40,9 +41,9 @@ def drawn_in(feet: FootTargets, hips: Float[ndarray, "T 2 3"], robot: RobotModel
         left = np.stack((-np.sin(yaw), np.cos(yaw)), axis=-1)
         leg = hips[:, k] - feet.pos[:, k]
         beside = np.sum(leg[:, :2] * left, axis=1)
-        low, high = (np.maximum(leg[:, 2], 0.0) * np.tan(end) for end in _roll_range(robot, side))
+        low, high = (np.maximum(leg[:, 2], 0.0) * np.tan(end) for end in _roll_range(robot, side, config))
         beyond = beside - np.clip(beside, low, high)
-        moved[:, k] = spread(_of_stances(beyond[:, None] * left, flat, stands), stands, fps)
+        moved[:, k] = spread(_of_stances(beyond[:, None] * left, flat, stands), stands, fps, config)
     return feet.moved(moved)
 
 
@@ -55,13 +56,13 @@ def _of_stances(way: Float[ndarray, "T 2"], flat: Bool[ndarray, "T"], stands: Bo
     return out
 
 
-def _roll_range(robot: RobotModel, side: str) -> tuple[float, float]:
+def _roll_range(robot: RobotModel, side: str, config: FeetConfig) -> tuple[float, float]:
     """How far a foot can turn about its own length against the shin [rad]; without end where no joint is known."""
     _, _, axes, _ = joint_axes(robot, robot.zero_qpos[None])
     carried = ancestors(robot)
     ankle = carried[robot.landmark(f"{side}_foot")] & ~carried[robot.landmark(f"{side}_knee")]
-    rolls = np.flatnonzero(ankle & (np.abs(axes[0, :, 0]) > _ALONG))
+    rolls = np.flatnonzero(ankle & (np.abs(axes[0, :, 0]) > config.roll_cosine))
     if not len(rolls):
         return -0.5 * np.pi, 0.5 * np.pi
-    lower, upper = (bound[rolls[0]] for bound in robot.ranges(_MARGIN))
+    lower, upper = (bound[rolls[0]] for bound in robot.ranges(config.ankle_margin))
     return (lower, upper) if axes[0, rolls[0], 0] > 0.0 else (-upper, -lower)

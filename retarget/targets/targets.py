@@ -30,8 +30,6 @@ LIMBS = tuple(
     for start, end in (("hip", "knee"), ("knee", "foot"), ("shoulder", "elbow"), ("elbow", "wrist"))
 )
 _Z = np.array([0.0, 0.0, 1.0])
-_STRAIGHT = 0.9995  # of the leg's length
-_FOLLOW_HZ = 1.0  # how fast the body follows its feet when locking moved them
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,13 +67,13 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
     middle = scale * (hips - floor * _Z) - np.mean([s.z for s in robot.soles.values()]) * _Z
     hip_offsets = {s: zero_pos[robot.landmark(f"{s}_hip")] - zero_pos[0] for s in FEET}
     apart = np.stack([0.5 * (hip_offsets[s] - hip_offsets[o]) for s, o in (FEET, FEET[::-1])])
-    feet = foot_targets(clip, contacts, robot, scale)
-    feet = drawn_in(feet, middle[:, None] + rot.rotate(pelvis[:, None], apart[None]), robot, clip.fps)
-    feet = parted(feet, robot, clip.fps)
-    middle[:, :2] += smooth(feet.shift.mean(axis=1), clip.fps, _FOLLOW_HZ)
+    feet = foot_targets(clip, contacts, robot, scale, config.feet)
+    feet = drawn_in(feet, middle[:, None] + rot.rotate(pelvis[:, None], apart[None]), robot, clip.fps, config.feet)
+    feet = parted(feet, robot, clip.fps, config.feet)
+    middle[:, :2] += smooth(feet.shift.mean(axis=1), clip.fps, config.feet.follow_hz)
     pelvis_pos = middle - rot.rotate(pelvis, np.broadcast_to(np.mean(list(hip_offsets.values()), axis=0), middle.shape))
     # A robot's own figure has legs that reach where they stand; a person's may be longer than the scale says.
-    reach = _STRAIGHT if clip.upright else config.reach
+    reach = config.feet.straight_leg if clip.upright else config.reach
     pelvis_pos[:, 2] -= _crouch(pelvis_pos, pelvis, hip_offsets, feet, robot, reach, clip.fps)
     return Targets(
         fps=clip.fps,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
@@ -14,7 +15,7 @@ from numpy import ndarray
 
 from clips import FREE, PLANTED, Clip, HumanClip, make_reference
 from clips.edit import placed
-from retarget.config import RetargetConfig
+from retarget.config import RetargetConfig, SequenceConfig
 from retarget.dynamics import Dynamics
 from retarget.pipeline import (
     Prepared,
@@ -32,10 +33,6 @@ from retarget.targets import FootTargets, Padded, Targets, add_leads, blend_fram
 from robot_models import RobotModel
 from robot_models.maths import one_blas_thread
 from robot_models.maths import rotation as rot
-
-_LIFT = 0.05  # of a foot that steps across [m]
-_NEAR = 0.01  # a foot nearer to its next place than this stays down [m]
-_STEPS = ((0.08, 0.5), (0.5, 0.92))  # of the bridge's time: when the one and the other foot moves
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +57,7 @@ def medley(
     robot: RobotModel,
     config: RetargetConfig | None = None,
     *,
-    bridge_s: float = 1.0,
+    bridges: SequenceConfig = SequenceConfig(),
     progress: Progress | None = None,
 ) -> tuple[Retargeted, list[Seam]]:
     """Retarget clips into one reference, in the order given.
@@ -71,7 +68,7 @@ def medley(
         clips: at least one; the same clip again makes a loop.
         robot: who shall perform them.
         config: as for `retarget`.
-        bridge_s: time between two dances, longer where the motors need it [s].
+        bridges: how one dance is led into the next.
         progress: told as the solver goes on.
     """
     config = config or RetargetConfig()
@@ -80,7 +77,7 @@ def medley(
     names, seams, sources = ["dance"], [], [parts[0].source]
     for part in parts[1:]:
         nxt = _placed_after(rough[-1][-1], part)
-        qpos, feet, seam = _bridge(robot, rough[-1][-1], targets[-1].feet, nxt, config.fps, bridge_s)
+        qpos, feet, seam = _bridge(robot, rough[-1][-1], targets[-1].feet, nxt, config.fps, bridges)
         seams.append(replace(seam, at_s=sum(map(len, rough)) / config.fps))
         rough += [qpos, nxt.rough]
         targets += [targets_of(robot, qpos, feet, part.targets), nxt.targets]
@@ -139,11 +136,11 @@ def _placed_after(end: Float[ndarray, "nq"], part: Prepared) -> Prepared:
 
 
 def _bridge(
-    robot: RobotModel, end: ndarray, before: FootTargets, nxt: Prepared, fps: float, bridge_s: float
+    robot: RobotModel, end: ndarray, before: FootTargets, nxt: Prepared, fps: float, config: SequenceConfig
 ) -> tuple[ndarray, FootTargets, Seam]:
     """Poses and feet between the last pose and the first of the next dance, both without."""
     start, after = nxt.rough[0], nxt.targets.feet
-    count = blend_frames(robot, end, start, fps, bridge_s)
+    count = blend_frames(robot, end, start, fps, config.bridge_s)
     u = np.arange(1, count + 1) / (count + 1)
     w = smoothstep(u)
     qpos = end + w[:, None] * (start - end)
@@ -156,12 +153,12 @@ def _bridge(
     in_air = (before.contact[-1].reshape(2, 2) == FREE).all(axis=1)
     lifts_off = (after.contact[0].reshape(2, 2) == FREE).all(axis=1)
     order = sorted((0, 1), key=lambda k: (not in_air[k], lifts_off[k], k))
-    for k, (a, b) in zip(order, _STEPS, strict=True):
+    for k, (a, b) in zip(order, pairwise(config.steps), strict=True):
         s = smoothstep((u - a) / (b - a))
         pos[:, k] = before.pos[-1, k] + s[:, None] * way[k]
         quat[:, k] = rot.slerp(np.tile(before.quat[-1, k], (count, 1)), np.tile(after.quat[0, k], (count, 1)), s)
-        if far[k] > _NEAR or in_air[k] or lifts_off[k]:
-            pos[:, k, 2] += _LIFT * 4.0 * s * (1.0 - s)
+        if far[k] > config.near or in_air[k] or lifts_off[k]:
+            pos[:, k, 2] += config.lift * 4.0 * s * (1.0 - s)
             there, arrived = (s > 1e-3), (s < 1.0 - 1e-3)
             free = (there & arrived) | (in_air[k] & arrived) | (lifts_off[k] & there)
             contact[free, 2 * k : 2 * k + 2] = FREE

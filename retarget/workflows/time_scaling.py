@@ -19,8 +19,6 @@ from retarget.pipeline import Progress, Retargeted, retarget
 from robot_models import RobotModel
 from robot_models.maths import smooth
 
-_SMOOTH_HZ = 1.5  # how fast the pace may change
-
 
 @dataclass(frozen=True, kw_only=True)
 class FitConfig:
@@ -30,6 +28,7 @@ class FitConfig:
     slowest: float = 0.6  # of the pace before, per round
     margin_s: float = 0.15  # slowed on both sides of a hard frame [s]
     aim: float = 0.8  # score that a slowed stretch shall reach
+    smooth_hz: float = 1.5  # how fast the pace may change [Hz]
 
 
 def fitted(
@@ -76,6 +75,6 @@ def pace_for(score: Float[ndarray, "T"], flight: Bool[ndarray, "T"], fps: float,
     wanted = np.where(score >= 1.0, np.sqrt(fit.aim / np.maximum(score, 1e-9)), 1.0)
     pace = minimum_filter1d(np.maximum(wanted, fit.slowest), reach)
     # A longer filter first, so that smoothing does not fill the dip again.
-    pace = smooth(minimum_filter1d(pace, reach), fps, _SMOOTH_HZ)
+    pace = smooth(minimum_filter1d(pace, reach), fps, fit.smooth_hz)
     in_air = maximum_filter1d(flight.astype(float), reach) > 0.5
     return np.where(in_air, 1.0, np.clip(pace, fit.slowest, 1.0))

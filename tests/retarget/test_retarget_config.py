@@ -6,6 +6,7 @@ import math
 import pytest
 
 from retarget import ContactConfig, Gates, GoalWeights, IkConfig, RetargetConfig, RetargetError, WholeClipConfig
+from retarget.config import DynamicsConfig, FeetConfig, JumpConfig, SequenceConfig
 
 FLOATS = [f.name for f in dataclasses.fields(RetargetConfig) if isinstance(getattr(RetargetConfig(), f.name), float)]
 
@@ -28,7 +29,6 @@ def test_no_time_at_all_is_allowed_for_leads_and_stands():
     assert (config.lead_in_s, config.lead_out_s, config.stand_s) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.xfail(strict=True, reason="whole numbers are not looked at")
 @pytest.mark.parametrize("name", ["lead_in_s", "stand_s", "reach"])
 def test_whole_numbers_that_cannot_be_are_refused_as_well(name):
     with pytest.raises(RetargetError, match=f"setting {name}"):
@@ -68,3 +68,18 @@ def test_grids_go_from_coarse_to_fine_and_the_last_is_the_clips_own():
     assert widths == sorted(widths, reverse=True) and widths[-1] == 0.0
     assert config.overlap_s < config.window_s
     assert config.fine[-1].clearance and config.fine[-1].more_iterations > 0
+
+
+@pytest.mark.parametrize(
+    "group", [ContactConfig, FeetConfig, JumpConfig, WholeClipConfig, Gates, DynamicsConfig, SequenceConfig]
+)
+def test_every_group_of_settings_refuses_by_itself_what_no_number_of_it_can_be(group):
+    for field in dataclasses.fields(group):
+        value = getattr(group(), field.name)
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            for bad in (-1, 10_000_000) if isinstance(value, int) else (-1.0, float("nan"), 1e7):
+                with pytest.raises(RetargetError, match=f"setting {field.name}"):
+                    group(**{field.name: bad})
+        elif isinstance(value, tuple) and value and isinstance(value[0], float):
+            with pytest.raises(RetargetError, match=f"setting {field.name}"):
+                group(**{field.name: (-1.0, *value[1:])})

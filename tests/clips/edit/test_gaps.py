@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from clips import ClipError
-from clips.edit.gaps import MAX_GAP_S, without_gaps
+from clips.config import REPAIR
+from clips.edit.gaps import without_gaps
 
 NAMES = ("knee", "stray", "hip", "extra")
 FPS = 100.0
-LONGEST = round(MAX_GAP_S * FPS)
+LONGEST = round(REPAIR.gap_s * FPS)
 
 
 def marching(frames=100):
@@ -45,7 +46,7 @@ def test_one_lost_coordinate_is_a_lost_sample():
 
 @pytest.mark.parametrize("fps", [25.0, 30.0, 50.0, 60.0, 100.0, 120.0, 240.0])
 def test_the_longest_gap_is_a_time_whatever_the_rate(fps):
-    longest = int(MAX_GAP_S * fps + 1e-9)
+    longest = int(REPAIR.gap_s * fps + 1e-9)
     positions = marching()
     positions[40 : 40 + longest, 0] = np.nan
     assert whole(positions, fps).repairs[0].count == longest

@@ -11,7 +11,7 @@ ORDERS = (0, 1, 2)
 
 
 def bound(order, frames, low, high):
-    return Bound("test", order, np.array(low), np.array(high), np.zeros((frames - order, len(low)), dtype=np.int8))
+    return Bound(order, np.array(low), np.array(high), np.zeros((frames - order, len(low)), dtype=np.int8))
 
 
 def limits(frames, low=(-1.0, -0.6), high=(1.0, 0.8), speed=0.3, turn=0.15):

@@ -1,0 +1,59 @@
+"""Every number that steers what is found and mended in a recording, with its unit. Defaults stand here and nowhere else.
+
+Sizes and counts at which a file is refused as absurd stand with the readers that know the format.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from clips.contact import ContactRule
+
+
+@dataclass(frozen=True, kw_only=True)
+class RepairConfig:
+    """What no body does, and how much of a clip may be mended."""
+
+    gap_s: float = 0.1  # the longest stretch that is filled, of anything [s]
+    fastest_hips: float = 12.0  # of a person or a robot [m/s]; a sprinter's
+    fastest_point: float = 25.0  # of anything on a body [m/s]; a pitcher's hand
+    least_left: float = 0.5  # of a clip, after a false start
+    false_start_s: float = 0.5  # in which a file may jump from its rest pose to its place [s]
+    stalled_speed: float = (
+        0.3  # a motion so fast before and after frames that repeat does not stand between [m/s, rad/s]
+    )
+    still_speed: float = 0.3  # of any point of someone who stands still [m/s]
+    level_arm: float = 0.35  # rise of an upper arm or forearm that is stretched out sideways, of its length
+    straight_arms: float = 0.9  # of the arms' common direction
+
+
+@dataclass(frozen=True, kw_only=True)
+class FloorConfig:
+    """When a floor leans or drifts, as cameras see it."""
+
+    standing: ContactRule = field(default_factory=lambda: ContactRule(height=0.06, speed=0.2))  # over the floor nearby
+    nearby_s: float = 1.0  # half width of "nearby" [s]
+    noise: tuple[float, float] = (0.01, 0.003)  # of a standing foot's height: to find feet, then to weigh them [m]
+    seen: float = 0.05  # change over the clip below which a floor is level [m]
+    better: float = 0.6  # of the scatter of standing feet about a level floor, which a leaning one must undercut
+    most_lean: float = 0.12  # beyond which something else is wrong: units of the root, axes [slope]
+    samples: int = 10  # standing ones, for every number fitted
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdentifyConfig:
+    """Evidence that settles what a file means."""
+
+    probe_frames: int = 200  # looked at by forward kinematics
+    clear: float = 1.5  # the wrong order's floor must be so many times rougher
+    beyond_right: float = 0.25  # per cent of joint values beyond their ranges that a file read rightly may have
+    beyond_wrong: float = 0.02  # share of them that no robot's own file has
+    most_tilt: float = 0.06  # median height of the flatter sole's edge over its other edge [m]
+    shortest: float = 0.5  # of a person [m]
+    tallest: float = 2.6  # [m]
+    leg_share: float = 0.491  # thigh and shank over stature (Drillis & Contini 1966: .245 + .246)
+    legs: tuple[float, float] = (0.62, 1.05)  # of a person, by which a unit is found [m]
+    stature: float = 1.7  # of a person whose unit is none of the customary ones [m]
+
+
+REPAIR, FLOOR, IDENTIFY = RepairConfig(), FloorConfig(), IdentifyConfig()
