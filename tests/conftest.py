@@ -7,8 +7,9 @@ os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")
 
 from jaxtyping import install_import_hook
 
-install_import_hook(["robot_models", "clips", "retarget"], "shape_checker.checked")
+install_import_hook(["robot_models", "clips", "retarget", "tracking"], "shape_checker.checked")
 
+import jaxtyping
 import numpy as np
 import pytest
 
@@ -68,3 +69,11 @@ def motion(rng):
     qpos[:, 7 + robot.joint("left_shoulder_pitch_joint")] += 0.5 * np.sin(3 * t)
     qpos[:, 7 + robot.joint("right_elbow_joint")] += 0.3 * np.cos(2 * t)
     return qpos
+
+
+@pytest.fixture
+def as_users_run_it():
+    """Without the shape checks of the test run, which would be the first to refuse: for refusals, and for doubles."""
+    jaxtyping.config.update("jaxtyping_disable", True)
+    yield
+    jaxtyping.config.update("jaxtyping_disable", False)

@@ -6,14 +6,39 @@ as its public code has them, unless a comment says otherwise.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar
 
 from tracking.errors import TrackingError
 
 
+class _Checked:
+    """Refuses numbers that no setting can have, in every group of settings by itself."""
+
+    _signed: ClassVar[tuple[str, ...]] = ()  # fields that may be below zero
+
+    def __post_init__(self) -> None:
+        for f in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, f.name)
+            numbers = [n for n in (value if isinstance(value, tuple) else (value,)) if isinstance(n, int | float)]
+            low = -math.inf if f.name in self._signed else 0.0
+            if not all(low <= n for n in numbers):  # NaN is not either
+                raise TrackingError(f"setting {f.name}", found=repr(value), expected=f"at least {low:g}")
+            if "range" in f.metadata and not numbers[0] <= numbers[1]:
+                raise TrackingError(f"setting {f.name}", found=repr(value), expected="a range, the lower end first")
+
+
+def _range(low: float, high: float) -> Any:
+    """A field that is a range."""
+    return field(default=(low, high), metadata={"range": True})
+
+
 @dataclass(frozen=True, kw_only=True)
-class RewardConfig:
+class RewardConfig(_Checked):
     """Weights, and widths sigma of exp(-error^2 / sigma^2)."""
+
+    _signed = ("action_rate", "joint_limit")
 
     anchor_position: float = 0.5
     anchor_position_width: float = 0.3  # [m]
@@ -33,7 +58,7 @@ class RewardConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TerminationConfig:
+class TerminationConfig(_Checked):
     """When a rollout has failed."""
 
     anchor_height: float = 0.25  # anchor off the reference's height [m]
@@ -42,7 +67,7 @@ class TerminationConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StartNoise:
+class StartNoise(_Checked):
     """Half widths of the uniform disturbance of a start state."""
 
     position: tuple[float, float, float] = (0.05, 0.05, 0.01)  # [m]
@@ -54,7 +79,7 @@ class StartNoise:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StartConfig:
+class StartConfig(_Checked):
     """Where training episodes begin; what is left of the two shares begins anywhere."""
 
     opening: float = 0.1  # share that begins at the dance's first frame, as evaluations do
@@ -64,7 +89,7 @@ class StartConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ObservationNoise:
+class ObservationNoise(_Checked):
     """Half widths of the uniform noise on what the actor sees."""
 
     orientation: float = 0.05  # on the anchor's six numbers
@@ -74,25 +99,25 @@ class ObservationNoise:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RandomisationConfig:
+class RandomisationConfig(_Checked):
     """Ranges that each environment's own robot is drawn from."""
 
     enabled: bool = True
-    friction: tuple[float, float] = (0.5, 1.2)  # of the soles
-    mass: tuple[float, float] = (0.95, 1.05)  # factor on every body
+    friction: tuple[float, float] = _range(0.5, 1.2)  # of the soles
+    mass: tuple[float, float] = _range(0.95, 1.05)  # factor on every body
     torso_com: float = 0.03  # half width, each axis [m]
-    gains: tuple[float, float] = (0.95, 1.05)  # factor on kp and kd, per joint
+    gains: tuple[float, float] = _range(0.95, 1.05)  # factor on kp and kd, per joint
     encoder_bias: float = 0.01  # half width [rad]
     # Motors lose torque with speed. In shares of the profile's speed limit, which is a motor's rated one: full torque up
     # to the knee, none from the no-load speed on. Unitree's four G1 motors: 0.70 to 0.83, and 1.08 to 1.14.
     torque_speed: bool = True
-    knee: tuple[float, float] = (0.7, 0.85)
-    no_load: tuple[float, float] = (1.05, 1.15)
+    knee: tuple[float, float] = _range(0.7, 0.85)
+    no_load: tuple[float, float] = _range(1.05, 1.15)
     # From sensor to motor. All of it is counted on the way to the motor: to a policy, which acts on one instant, a
     # sensor that tells late and a motor that hears late are the same.
-    delay: tuple[float, float] = (0.0, 0.02)  # [s]
+    delay: tuple[float, float] = _range(0.0, 0.02)  # [s]
     pushes: bool = True
-    push_every: tuple[float, float] = (1.0, 3.0)  # [s]
+    push_every: tuple[float, float] = _range(1.0, 3.0)  # [s]
     push_linear: tuple[float, float, float] = (0.25, 0.25, 0.1)  # half widths of a sudden change of the root's [m/s]
     push_angular: tuple[float, float, float] = (0.26, 0.26, 0.39)  # the same [rad/s]
     # A robot that cannot stand yet learns nothing from being pushed: delays and pushes grow from nothing to the above
@@ -101,7 +126,7 @@ class RandomisationConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TaskConfig:
+class TaskConfig(_Checked):
     """The tracking task."""
 
     physics_dt: float = 0.005  # longest physics step [s]; the control period is cut into equal ones
@@ -119,7 +144,7 @@ class TaskConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PpoConfig:
+class PpoConfig(_Checked):
     """Proximal policy optimisation for small batches.
 
     The rate has to follow the divergence: a fixed 2e-3, best for the first half million steps on g1, kept that robot at
@@ -130,7 +155,7 @@ class PpoConfig:
     steps_per_env: int = 24
     epochs: int = 5
     minibatches: int = 4
-    rate_range: tuple[float, float] = (2e-5, 2e-3)  # of the learning rate; a run begins with the highest
+    rate_range: tuple[float, float] = _range(2e-5, 2e-3)  # of the learning rate; a run begins with the highest
     # Divergence of the policy from itself before an update, which the rate shall bring about. Who knows nothing yet may
     # leap: it falls from the first value to the second over so many steps, and on to the last as more rollouts finish.
     first_kl: float = 0.3
@@ -139,16 +164,29 @@ class PpoConfig:
     finishing_kl: float = 0.015
     gamma: float = 0.97  # two thirds of a second: how long a fall takes
     lam: float = 0.9
+    # How the learning rate follows the divergence: by the ratio of wanted and found, within these factors per update.
+    rate_steps: tuple[float, float] = _range(0.8, 1.25)
+    initial_output: float = 0.1  # factor on the last layer's first weights: a run begins near the feed-forward
     clip: float = 0.2
     entropy: float = 0.003
     value_weight: float = 1.0
     max_grad_norm: float = 1.0
     initial_std: float = 0.3
-    std_range: tuple[float, float] = (0.05, 1.0)
+    std_range: tuple[float, float] = _range(0.05, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrainConfig:
+class CheckConfig(_Checked):
+    """The check of a reference before training, and what weighs it."""
+
+    starts: int = 64  # along the dance
+    limit_slack: float = 1e-6  # beyond a joint's range that counts as within it [rad]
+    least_reward: float = 0.9  # of perfect tracking, of the largest, that makes a reference worth training on
+    hard_share: float = 10.0  # per cent of impossible frames from which a dance is practised half as often
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainConfig(_Checked):
     """One training run. The budget is counted in steps, so that the same seed gives the same curve."""
 
     steps: int = 3_000_000  # control steps of all environments together; the schedules run over this budget
@@ -157,6 +195,7 @@ class TrainConfig:
     seed: int = 0
     threads: int = 0  # 0: as many as the process may use
     engine: str = "mujoco"  # key of `engines.TRAINING`; evaluations are MuJoCo's
+    fewest_rollouts: int = 10  # of each dance, where several share an evaluation
     evaluate_every: int = 200_000  # control steps between evaluations and checkpoints
     rollouts: int = 50  # per evaluation
     target: float = 0.97  # stop early when this share of rollouts finishes, twice in a row
@@ -164,8 +203,7 @@ class TrainConfig:
     ppo: PpoConfig = field(default_factory=PpoConfig)
 
     def __post_init__(self) -> None:
-        for f in fields(self):
-            value = getattr(self, f.name)
-            low = 0.0 if f.name in ("seed", "threads", "target") else 1e-9
-            if isinstance(value, int | float) and not low <= value:
-                raise TrackingError(f"setting {f.name}", found=repr(value), expected=f"a number of at least {low:g}")
+        super().__post_init__()
+        for name in ("steps", "minutes", "envs", "evaluate_every", "rollouts", "fewest_rollouts"):
+            if not getattr(self, name) > 0:
+                raise TrackingError(f"setting {name}", found=repr(getattr(self, name)), expected="a number above 0")

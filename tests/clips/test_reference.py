@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import jaxtyping
 import numpy as np
 import pytest
 
@@ -12,14 +11,6 @@ ARRAYS = (
     "joint_pos", "joint_vel", "joint_torque", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w", "contact",
     "segments",
 )  # fmt: skip
-
-
-@pytest.fixture
-def as_users_run_it():
-    """Without the shape checks of the test run, which would be the first to refuse."""
-    jaxtyping.config.update("jaxtyping_disable", True)
-    yield
-    jaxtyping.config.update("jaxtyping_disable", False)
 
 
 @pytest.mark.usefixtures("as_users_run_it")

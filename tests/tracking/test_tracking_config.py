@@ -9,6 +9,8 @@ import pytest
 from tracking import TrackingError
 from tracking.config import PpoConfig, RandomisationConfig, RewardConfig, TaskConfig, TerminationConfig, TrainConfig
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 NUMBERS = [f.name for f in dataclasses.fields(TrainConfig) if f.type in ("int", "float")]
 MAY_BE_ZERO = {"seed", "threads", "target"}
 

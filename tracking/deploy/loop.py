@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -18,6 +18,7 @@ _PATIENCE = 5.0  # for the first state [s]
 _HANGING = 0.2  # a loop that has not come round for this long is taken for dead [s]
 
 
+@runtime_checkable
 class Wire(Protocol):
     """The controller's end of a wire."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import mujoco
 
 
+@runtime_checkable
 class BodyReader(Protocol):
     """Tells poses and velocities of bodies in the states of N robots."""
 

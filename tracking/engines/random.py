@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from robot_models.maths import Array
 
@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     import torch
 
 
+@runtime_checkable
 class Chance(Protocol):
     """What the task asks of a generator; NumPy's gives it."""
 

@@ -9,12 +9,11 @@ import numpy as np
 
 from clips import Reference
 from robot_models import RobotModel
-from tracking.config import TaskConfig
+from tracking.config import CheckConfig, TaskConfig
 from tracking.evaluation.rollouts import evaluation_task
 from tracking.task import TrackingTask, beyond_soft_limits, compare, reward_terms
 
-_STARTS = 64
-_LIMIT_SLACK = 1e-6
+_RULES = CheckConfig()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +30,7 @@ class ReferenceCheck:
     @property
     def passed(self) -> bool:
         """Whether training on it makes sense."""
-        return not self.failed_gates and self.beyond_limits == 0.0 and self.perfect > 0.9
+        return not self.failed_gates and self.beyond_limits == 0.0 and self.perfect > _RULES.least_reward
 
 
 def check_reference(
@@ -47,9 +46,9 @@ def check_reference(
     """
     config = config or TaskConfig()
     calm = evaluation_task(replace(config, start_noise=replace(config.start_noise, scale=0.0)), randomised=False)
-    task = TrackingTask(robot=robot, reference=reference, envs=_STARTS, config=calm, threads=threads)
+    task = TrackingTask(robot=robot, reference=reference, envs=_RULES.starts, config=calm, threads=threads)
     joints = np.asarray(reference.joint_pos)
-    outside = (joints < robot.lower - _LIMIT_SLACK) | (joints > robot.upper + _LIMIT_SLACK)
+    outside = (joints < robot.lower - _RULES.limit_slack) | (joints > robot.upper + _RULES.limit_slack)
     with closing(task):
         return ReferenceCheck(
             failed_gates=reference.failed_gates,

@@ -170,9 +170,13 @@ def read_contract(path: Path) -> Contract:
             ChainLink(pos=tuple(link["pos"]), quat=tuple(link["quat"]), joint=link["joint"], axis=tuple(link["axis"]))
             for link in told["anchor_chain"]
         )
+        made = {"observation", "anchor_chain", "joint_names", "source", "delay_trained_with_s", *_ARRAYS}
+        shortest, longest = told["delay_trained_with_s"]
         contract = Contract(
-            **{k: v for k, v in told.items() if k in names - {"observation", "anchor_chain", "joint_names", "source"}},
+            **{k: v for k, v in told.items() if k in names - made},
+            **{k: np.asarray(told[k], dtype=float) for k in _ARRAYS},
             joint_names=tuple(told["joint_names"]), observation=rows, anchor_chain=chain, source=str(path),
+            delay_trained_with_s=(float(shortest), float(longest)),
         )  # fmt: skip
         slices = [tuple(r["slice"]) for r in told["observation"]]
     except (KeyError, TypeError, ValueError) as e:

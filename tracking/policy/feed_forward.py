@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -11,6 +11,7 @@ from numpy import ndarray
 from clips import Reference
 
 
+@runtime_checkable
 class Servos(Protocol):
     """What joint targets depend on: a robot's, or a contract's."""
 

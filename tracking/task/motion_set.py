@@ -10,9 +10,8 @@ from pathlib import Path
 
 from clips import MetricKey, Reference, check_reference_against, load_reference
 from robot_models import DanceError, RobotModel, load_robot
+from tracking.config import CheckConfig
 from tracking.errors import TrackingError
-
-_TOO_HARD = 10.0  # the share from which dance-retarget says down-weight
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,7 +27,7 @@ class Piece:
     def weight(self) -> float:
         """How often episodes begin in it, per second of its length: half as often where physics forbids much of it."""
         measured = self.reference.report.get(MetricKey.IMPOSSIBLE_FRAMES)  # not without Pinocchio
-        return 0.5 if measured is not None and measured["value"] > _TOO_HARD else 1.0
+        return 0.5 if measured is not None and measured["value"] > CheckConfig.hard_share else 1.0
 
 
 def read_piece(path: Path) -> Piece:

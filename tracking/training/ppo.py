@@ -129,7 +129,7 @@ class Trainer:
 
         The library's own rule changes the rate within an update: small batches let it jump tenfold in one.
         """
-        factor = np.clip(wanted / max(divergence, 1e-9), 0.8, 1.25)
+        factor = np.clip(wanted / max(divergence, 1e-9), *self.config.rate_steps)
         self.algorithm.learning_rate = float(np.clip(self.algorithm.learning_rate * factor, *self.config.rate_range))
         for group in self.algorithm.optimizer.param_groups:
             group["lr"] = self.algorithm.learning_rate
@@ -160,7 +160,7 @@ def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig, t
     with torch.no_grad():
         # Start from the prior: the first policy asks for the reference itself.
         last = [m for m in actor.modules() if isinstance(m, torch.nn.Linear)][-1]
-        last.weight.mul_(0.1)
+        last.weight.mul_(c.initial_output)
         last.bias.zero_()
     storage = RolloutStorage("rl", task.envs, c.steps_per_env, observation, [task.actions], task.physics.device)
     return PPO(

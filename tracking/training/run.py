@@ -26,7 +26,6 @@ from tracking.training.stop_signals import Signals
 
 CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"
 _APART = 10_000  # between the seeds of the processes of a team
-_FEWEST = 10  # rollouts per piece of an evaluation
 Progress = Callable[[int, int, str], None]  # steps done, steps in all, one line about how it stands
 
 
@@ -153,7 +152,7 @@ def _judge(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainCon
 
 
 def _evaluated(trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig) -> dict[str, Evaluation]:
-    each = max(min(_FEWEST, config.rollouts), config.rollouts // len(pieces))
+    each = max(min(config.fewest_rollouts, config.rollouts), config.rollouts // len(pieces))
     return {
         piece.name: evaluate(
             torch_policy(trainer.actor), trainer.task.robot, piece.reference, evaluation_task(config.task),

@@ -23,6 +23,8 @@ from tracking.deploy.stages import Controller, Stage, StageConfig
 from tracking.policy.bundle import read_runner
 from tracking.policy.standing_gains import standing_gains
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 
 @pytest.fixture(scope="module")
 def folder_and_runner(request):

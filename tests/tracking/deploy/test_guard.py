@@ -11,6 +11,8 @@ from robot_models.maths import rotation as rot
 from tracking import read_contract
 from tracking.deploy.guard import Command, Guard, GuardConfig, State
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 C = read_contract(Path(tracking.__file__).parent / "policies" / "groove-g1" / "contract.json")
 J, LIMITS = len(C.joint_names), GuardConfig()
 INSIDE, BEYOND = 0.98, 1.02  # of a limit

@@ -12,6 +12,8 @@ from tracking.deploy.guard import Command, State
 from tracking.deploy.loop import Performance, _Outlet, _watchdog, perform
 from tracking.deploy.stages import Stage
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 DT = 0.002
 STATE = State(
     quat=np.array([1.0, 0, 0, 0]), gyro=np.zeros(3), joint_pos=np.zeros(2), joint_vel=np.zeros(2), received=0.0

@@ -15,6 +15,8 @@ from tracking.engines.mujoco import training_model
 from tracking.evaluation.condition_sweep import CONDITIONS, NOMINAL, Cell, sweep, under
 from tracking.task.randomisation import draw_robots
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 TASK = TaskConfig(
     observation_noise=ObservationNoise(gyro=0.7), start_noise=StartNoise(scale=0.7), look_back=(1,), action_scale=0.3
 )

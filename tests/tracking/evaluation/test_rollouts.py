@@ -15,6 +15,8 @@ from tracking.evaluation.rollouts import IN_PLACE, _Tally, evaluate, evaluation_
 from tracking.task.tracking_errors import TrackingErrors
 from tracking.task.tracking_task import StepResult, TrackingTask
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 FILE = Path(tracking.__file__).parent / "policies" / "groove-dancer" / "reference.npz"
 CALM = TaskConfig(randomisation=RandomisationConfig(enabled=False), start_noise=StartNoise(scale=0.0))
 N, DT, STEPS = 4, 0.1, 25

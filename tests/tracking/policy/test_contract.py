@@ -11,6 +11,8 @@ import tracking
 from tracking import TrackingError, read_contract
 from tracking.policy.contract import FROM_DEFAULT, ChainLink, Contract, Row, write_contract
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 SHIPPED = Path(tracking.__file__).parent / "policies" / "groove-dancer" / "contract.json"
 ARRAYS = [f.name for f in dataclasses.fields(Contract) if "ndarray" in str(f.type)]
 REQUIRED = [f.name for f in dataclasses.fields(Contract) if f.default is f.default_factory is dataclasses.MISSING]

@@ -13,6 +13,8 @@ from clips import load_reference
 from tracking import Runner, TrackingError, motion_of, onnx_policy, read_contract
 from tracking.policy.golden_trace import TOLERANCE, Golden, read_golden, replay, write_golden
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 FOLDER = Path(tracking.__file__).parent / "policies" / "groove-dancer"
 SENSORS, RESULTS = ("quat", "gyro", "joint_pos", "joint_vel"), ("observation", "action", "target")
 

@@ -28,6 +28,8 @@ from tracking.policy.bundle import SHIPPED
 from tracking.policy.contract import write_contract
 from tracking.policy.golden_trace import read_golden, replay
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 FOLDER = SHIPPED / "groove-dancer"
 
 

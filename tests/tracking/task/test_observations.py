@@ -17,6 +17,8 @@ from tracking.policy.contract import Row
 from tracking.task.observations import actor_table, privileged_table
 from tracking.task.tracking_task import TrackingTask
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 FILE = Path(tracking.__file__).parent / "policies" / "groove-dancer" / "reference.npz"
 BACK = (1, 3)
 

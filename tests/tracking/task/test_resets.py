@@ -8,6 +8,8 @@ import pytest
 from tracking.config import StartConfig
 from tracking.task.resets import Starts
 
+pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
+
 DT, FRAMES, OPENING = 0.02, 501, 40
 
 
