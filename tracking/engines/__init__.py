@@ -3,15 +3,15 @@
 from tracking.engines.actuators import limit_torque_by_speed
 from tracking.engines.mujoco import MujocoBatch, training_model
 from tracking.engines.physics import Engine
-from tracking.engines.random import Chance
+from tracking.engines.random import Rng
 from tracking.engines.registry import ENGINES, engine_names, training_engine
 from tracking.engines.warp import WarpBatch
 
 __all__ = [
     "ENGINES",
-    "Chance",
     "Engine",
     "MujocoBatch",
+    "Rng",
     "WarpBatch",
     "engine_names",
     "limit_torque_by_speed",

@@ -13,7 +13,7 @@ from numpy import ndarray
 from robot_models import BodyStates, RobotModel
 from robot_models.maths import Array, namespace, remember
 from tracking.engines.body_sensors import BodySensors
-from tracking.engines.random import Chance
+from tracking.engines.random import Rng
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class PhysicsBatch(ABC):
         delay: seconds until each robot's motors hear of a new target, rounded to physics steps; none by default.
 
     `state` is [time, qpos, qvel] in MuJoCo's layout and conventions. `qpos` and `qvel` are views of its parts. Arrays are
-    NumPy's in main memory, unless an engine says otherwise by `own`: the task computes where the engine does.
+    NumPy's in main memory, unless an engine says otherwise by `to_device`: the task computes where the engine does.
     """
 
     device = "cpu"  # as torch names it: where the arrays are
@@ -70,19 +70,22 @@ class PhysicsBatch(ABC):
             )  # fmt: skip
         model = self.models[0]
         self._nq, self._nv = int(model.nq), int(model.nv)
-        self.state = self.own(np.zeros((self.count, 1 + self._nq + self._nv)))
+        self.state = self.to_device(np.zeros((self.count, 1 + self._nq + self._nv)))
         waits = np.zeros(self.count) if delay is None else delay
         # The targets of this period and of those before, newest first, as far back as the longest delay reaches.
         longest = round(float(waits.max()) / physics_dt)
-        self.targets = self.own(np.zeros((self.count, 1 - (-longest // self.substeps), model.nu)))
-        self._robots, self._substep = self.own(np.arange(self.count)[:, None]), self.own(np.arange(self.substeps))
-        self.set_delay(self.own(waits))
+        self.targets = self.to_device(np.zeros((self.count, 1 - (-longest // self.substeps), model.nu)))
+        self._robots, self._substep = (
+            self.to_device(np.arange(self.count)[:, None]),
+            self.to_device(np.arange(self.substeps)),
+        )
+        self.set_delay(self.to_device(waits))
 
-    def own(self, values: ndarray) -> Array:
+    def to_device(self, values: ndarray) -> Array:
         """The values where this engine computes, as its arrays are."""
         return values
 
-    def chance(self, rng: np.random.Generator) -> Chance:
+    def make_rng(self, rng: np.random.Generator) -> Rng:
         """A generator of random numbers there, which goes on from this one."""
         return rng
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 @runtime_checkable
-class Chance(Protocol):
+class Rng(Protocol):
     """What the task asks of a generator; NumPy's gives it."""
 
     def random(self, size: Any) -> Array:
@@ -28,7 +28,7 @@ class Chance(Protocol):
         """Holds `state`, which can be kept and put back."""
 
 
-class TorchChance:
+class TorchRng:
     """The part of NumPy's generator that the task uses, on a device of torch."""
 
     def __init__(self, seed: int, device: torch.device) -> None:
@@ -52,7 +52,7 @@ class TorchChance:
         return self._torch.randint(low, high, shape, generator=self._generator, device=self._device)
 
     @property
-    def bit_generator(self) -> TorchChance:
+    def bit_generator(self) -> TorchRng:
         """As NumPy keeps its state: `rng.bit_generator.state`."""
         return self
 

@@ -20,7 +20,7 @@ from robot_models import BodyStates, RobotModel
 from robot_models.maths import Array
 from robot_models.maths import rotation as rot
 from tracking.engines.physics import BodyReader, PhysicsBatch
-from tracking.engines.random import Chance, TorchChance
+from tracking.engines.random import Rng, TorchRng
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
@@ -84,14 +84,14 @@ class WarpBatch(PhysicsBatch):
         self._simulated, self._placed = self._launcher(self._simulate), self._launcher(self._place)
         self.tensors["overflow"].zero_()
 
-    def own(self, values: ndarray) -> Array:
+    def to_device(self, values: ndarray) -> Array:
         """The values as a tensor on the device, in single precision if they are real numbers."""
         precision = self._torch.float32 if np.issubdtype(values.dtype, np.floating) else None
         return self._torch.asarray(values, device=self.device, dtype=precision)
 
-    def chance(self, rng: np.random.Generator) -> Chance:
+    def make_rng(self, rng: np.random.Generator) -> Rng:
         """A generator on the device."""
-        return TorchChance(int(rng.integers(2**31)), self._torch.device(self.device))
+        return TorchRng(int(rng.integers(2**31)), self._torch.device(self.device))
 
     def body_sensors(self, robot: RobotModel, bodies: list[int], threads: int) -> BodyReader:
         """The bodies as the engine places them."""
@@ -155,8 +155,8 @@ class _Bodies:
     """What `BodySensors` are, of the worlds in a `WarpBatch`: always of its present state, and of all of them."""
 
     def __init__(self, batch: WarpBatch, body_ids: list[int]) -> None:
-        self._batch, self._bodies = batch, batch.own(np.array(body_ids))
-        self._roots = batch.own(batch.models[0].body_rootid[body_ids])
+        self._batch, self._bodies = batch, batch.to_device(np.array(body_ids))
+        self._roots = batch.to_device(batch.models[0].body_rootid[body_ids])
         batch.place_bodies()
 
     @property

@@ -172,9 +172,10 @@ def read_contract(path: Path) -> Contract:
         )
         made = {"observation", "anchor_chain", "joint_names", "source", "delay_trained_with_s", *_ARRAYS}
         shortest, longest = told["delay_trained_with_s"]
+        arrays: dict[str, Any] = {k: np.asarray(told[k], dtype=float) for k in _ARRAYS}
         contract = Contract(
             **{k: v for k, v in told.items() if k in names - made},
-            **{k: np.asarray(told[k], dtype=float) for k in _ARRAYS},
+            **arrays,
             joint_names=tuple(told["joint_names"]), observation=rows, anchor_chain=chain, source=str(path),
             delay_trained_with_s=(float(shortest), float(longest)),
         )  # fmt: skip

@@ -17,7 +17,7 @@ from robot_models import BodyStates, RobotModel
 from robot_models.maths import Array, namespace
 from robot_models.maths import rotation as rot
 from tracking.config import ObservationNoise
-from tracking.engines import Chance
+from tracking.engines import Rng
 from tracking.policy import Row, row_of
 from tracking.task.tracking_errors import ReferenceTables
 
@@ -45,7 +45,7 @@ class ObservationTable:
 
     rows: tuple[Row, ...]
     computes: tuple[Compute, ...]  # of each row
-    own: Callable[[ndarray], Array] = np.asarray  # brings arrays to where the task computes
+    to_device: Callable[[ndarray], Array] = np.asarray  # brings arrays to where the task computes
 
     @cached_property
     def size(self) -> int:
@@ -63,7 +63,7 @@ class ObservationTable:
         """Which numbers are noisy, and the half widths of their noise."""
         width = np.repeat([row.noise for row in self.rows], [row.size for row in self.rows]).astype(np.float32)
         noisy = np.flatnonzero(width)
-        return self.own(noisy), self.own(width[noisy])
+        return self.to_device(noisy), self.to_device(width[noisy])
 
     def values(self, situation: Situation) -> Float[Array, "N size"]:
         """All terms side by side in float32, without noise."""
@@ -75,7 +75,7 @@ class ObservationTable:
             at += row.size
         return out
 
-    def disturbed(self, values: Float[Array, "N size"], rng: Chance) -> Float[Array, "N size"]:
+    def disturbed(self, values: Float[Array, "N size"], rng: Rng) -> Float[Array, "N size"]:
         """Values as sensors would give them."""
         noisy, width = self._noise
         out = values + 0.0
@@ -89,10 +89,10 @@ def actor_table(
     noise: ObservationNoise,
     look_ahead: tuple[int, ...],
     look_back: tuple[int, ...],
-    own: Callable[[ndarray], Array] = np.asarray,
+    to_device: Callable[[ndarray], Array] = np.asarray,
 ) -> ObservationTable:
     """What a robot can know: the reference, its IMU, its encoders and its own last action."""
-    j, default = len(robot.joint_names), own(robot.default_joint_pos)
+    j, default = len(robot.joint_names), to_device(robot.default_joint_pos)
     terms: list[tuple[Row, Compute]] = []
     for ahead in look_ahead:
         terms += [
@@ -111,7 +111,7 @@ def actor_table(
             (row_of("joint_vel", j, at=-back, scale=0.1, noise=0.1 * noise.joint_velocity), partial(_joint_vel, back)),
         ]
     rows, computes = zip(*terms, strict=True)
-    return ObservationTable(rows=rows, computes=computes, own=own)
+    return ObservationTable(rows=rows, computes=computes, to_device=to_device)
 
 
 def privileged_table(tables: ReferenceTables) -> ObservationTable:

@@ -14,7 +14,7 @@ from numpy import ndarray
 from robot_models import RobotModel
 from robot_models.maths import Array, namespace
 from tracking.config import RandomisationConfig
-from tracking.engines import Chance, limit_torque_by_speed, training_model
+from tracking.engines import Rng, limit_torque_by_speed, training_model
 
 if TYPE_CHECKING:
     import mujoco
@@ -74,15 +74,15 @@ class Pushes:
         count: int,
         dt: float,
         config: RandomisationConfig,
-        rng: Chance,
-        own: Callable[[ndarray], Array] = np.asarray,
+        rng: Rng,
+        to_device: Callable[[ndarray], Array] = np.asarray,
     ) -> None:
-        self._width = own(np.array((*config.push_linear, *config.push_angular)))
+        self._width = to_device(np.array((*config.push_linear, *config.push_angular)))
         self._pause = config.push_every[0] / dt, config.push_every[1] / dt
         self.strength = 1.0 if config.enabled and config.pushes else 0.0  # of the widths
         self.wait = self._draw(count, rng)  # control periods until the next
 
-    def apply(self, qvel: Float[Array, "N nv"], rng: Chance) -> None:
+    def apply(self, qvel: Float[Array, "N nv"], rng: Rng) -> None:
         """Let one control period pass and push, in place, whose time has come."""
         self.wait -= 1.0
         due = namespace(self.wait).where(self.wait <= 0.0)[0]
@@ -90,5 +90,5 @@ class Pushes:
             qvel[due, :6] += self.strength * rng.uniform(-self._width, self._width, size=(len(due), 6))
             self.wait[due] = self._draw(len(due), rng)
 
-    def _draw(self, count: int, rng: Chance) -> Float[Array, "n"]:
+    def _draw(self, count: int, rng: Rng) -> Float[Array, "n"]:
         return rng.uniform(self._pause[0], self._pause[1], size=count)

@@ -10,7 +10,7 @@ from numpy import ndarray
 
 from robot_models.maths import Array, namespace
 from tracking.config import StartConfig
-from tracking.engines import Chance
+from tracking.engines import Rng
 from tracking.task.tracking_errors import ReferenceTables
 
 
@@ -27,7 +27,7 @@ class Starts:
         dt: float,
         config: StartConfig,
         weights: Sequence[float] = (1.0,),
-        own: Callable[[ndarray], Array] = np.asarray,
+        to_device: Callable[[ndarray], Array] = np.asarray,
     ) -> None:
         """As the class says.
 
@@ -36,23 +36,27 @@ class Starts:
             dt: control period [s].
             config: how episodes begin.
             weights: of each reference, how often episodes begin in it per frame; 1 or a whole part of it.
-            own: brings arrays to where the task computes.
+            to_device: brings arrays to where the task computes.
         """
         # The last half second is too short to learn anything from.
         latest = np.maximum(tables.first, tables.last - 1 - round(0.5 / dt))
         ends = tables.last[tables.openings]
         anywhere = [np.arange(tables.first[e], latest[e] + 1, round(1 / w)) for e, w in zip(ends, weights, strict=True)]
-        self._first, self._openings, self._latest = own(tables.first), own(tables.openings), own(latest)
-        self._anywhere, self._before = own(np.concatenate(anywhere)), config.before / dt
+        self._first, self._openings, self._latest = (
+            to_device(tables.first),
+            to_device(tables.openings),
+            to_device(latest),
+        )
+        self._anywhere, self._before = to_device(np.concatenate(anywhere)), config.before / dt
         self._shares = np.cumsum((config.opening, config.failed))
         self._remembered = config.remembered
-        self.failures: Int[Array, "k"] = own(np.empty(0, dtype=int))  # frames of the last ones, the newest last
+        self.failures: Int[Array, "k"] = to_device(np.empty(0, dtype=int))  # frames of the last ones, the newest last
 
     def fell(self, frames: Int[Array, "n"]) -> None:
         """Remember where robots failed; the oldest failures are forgotten."""
         self.failures = namespace(frames).concat((self.failures, frames))[-self._remembered :]
 
-    def draw(self, count: int, rng: Chance) -> Int[Array, "count"]:
+    def draw(self, count: int, rng: Rng) -> Int[Array, "count"]:
         """Start frames of so many episodes."""
         kind = rng.random(count)
         xp = namespace(kind)

@@ -67,12 +67,12 @@ class ReferenceTables:
         """Places so many frames on; the last frame of a reference holds beyond its end."""
         return namespace(frame).minimum(frame + frames, self.last[frame])
 
-    def on(self, own: Callable[[ndarray], Array]) -> ReferenceTables:
+    def on(self, to_device: Callable[[ndarray], Array]) -> ReferenceTables:
         """The same tables in other memory."""
         moved = copy.copy(self)
         for name, value in vars(self).items():
             if isinstance(value, ndarray):
-                setattr(moved, name, own(value))
+                setattr(moved, name, to_device(value))
         return moved
 
 

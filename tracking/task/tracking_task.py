@@ -63,29 +63,29 @@ class TrackingTask:
         drawn = draw_robots(robot, self.envs, physics_dt, c.randomisation, rng)
         self.physics = self.engine(drawn.models, control_dt=self.dt, delay=drawn.delay, threads=self.threads)
         # From here on everything is where the engine computes.
-        own, self.rng = self.physics.own, self.physics.chance(rng)
+        to_device, self.rng = self.physics.to_device, self.physics.make_rng(rng)
         tables = ReferenceTables(references, robot)
-        self.tables = tables.on(own)
-        self.targets = own(np.concatenate([joint_targets(r, robot) for r in references]))
+        self.tables = tables.on(to_device)
+        self.targets = to_device(np.concatenate([joint_targets(r, robot) for r in references]))
         lower, upper = target_range(robot, robot.lower, robot.upper)
-        self.target_range = own(lower), own(upper)
-        self.joint_range = own(robot.lower), own(robot.upper)
-        self.action_scale = own(c.action_scale * robot.effort / robot.kp)
-        self.encoder_bias, self.delay = own(drawn.encoder_bias), own(drawn.delay)
-        self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng, own)
-        self.starts = Starts(tables, self.dt, c.starts, self.weights or [1.0] * len(references), own)
-        self.actor = actor_table(robot, self.tables, c.observation_noise, c.look_ahead, c.look_back, own)
+        self.target_range = to_device(lower), to_device(upper)
+        self.joint_range = to_device(robot.lower), to_device(robot.upper)
+        self.action_scale = to_device(c.action_scale * robot.effort / robot.kp)
+        self.encoder_bias, self.delay = to_device(drawn.encoder_bias), to_device(drawn.delay)
+        self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng, to_device)
+        self.starts = Starts(tables, self.dt, c.starts, self.weights or [1.0] * len(references), to_device)
+        self.actor = actor_table(robot, self.tables, c.observation_noise, c.look_ahead, c.look_back, to_device)
         self.privileged = privileged_table(self.tables)
-        self.frame = own(np.zeros(self.envs, dtype=int))
-        self.last_action = own(np.zeros((self.envs, self.actions)))
+        self.frame = to_device(np.zeros(self.envs, dtype=int))
+        self.last_action = to_device(np.zeros((self.envs, self.actions)))
         # States at the ends of the last control periods, the present one first.
-        self.past = own(np.zeros((1 + max(c.look_back, default=0), *self.physics.state.shape)))
-        self.heading = own(np.tile(rot.IDENTITY, (self.envs, 1)))
+        self.past = to_device(np.zeros((1 + max(c.look_back, default=0), *self.physics.state.shape)))
+        self.heading = to_device(np.tile(rot.IDENTITY, (self.envs, 1)))
         self.sensors = self.physics.body_sensors(robot, self.tables.bodies, self.threads)
         noise, joints = c.start_noise, np.ones(self.actions)
         widths = (noise.position, noise.orientation, noise.joint_position * joints, noise.linear_velocity)
-        self._disturbance = [own(noise.scale * np.array(w)) for w in (*widths, noise.angular_velocity)]
-        self.reset(own(np.arange(self.envs)))
+        self._disturbance = [to_device(noise.scale * np.array(w)) for w in (*widths, noise.angular_velocity)]
+        self.reset(to_device(np.arange(self.envs)))
 
     @property
     def actions(self) -> int:
@@ -228,7 +228,7 @@ class TrackingTask:
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on from a saved state; models and encoder biases follow from the seed."""
-        kept = {name: self.physics.own(value.copy()) for name, value in state.items() if name != "rng"}
+        kept = {name: self.physics.to_device(value.copy()) for name, value in state.items() if name != "rng"}
         self.physics.state[:], self.physics.targets[:] = kept["physics"], kept["commands"]
         self.past[:], self.pushes.wait[:] = kept["past"], kept["pushes"]
         self.starts.failures = kept["failures"]

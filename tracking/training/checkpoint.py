@@ -92,7 +92,7 @@ def restore(trainer: Trainer, state: dict[str, Any], config: TrainConfig, refere
     # The library saves its optimiser, but not the rate that it goes on adapting from.
     trainer.algorithm.learning_rate = trainer.algorithm.optimizer.param_groups[0]["lr"]
     _generator(trainer).set_state(mine["torch_rng"])
-    trainer.age = trainer.task.physics.own(mine["age"].numpy().copy())
+    trainer.age = trainer.task.physics.to_device(mine["age"].numpy().copy())
     trainer.task.load_state_dict(_unpacked(mine["task"]))
     progress: dict[str, Any] = json.loads(state["progress"])
     return progress

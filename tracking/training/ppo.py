@@ -51,7 +51,7 @@ class Trainer:
         if self.team.size > 1:
             self.algorithm.broadcast_parameters()
             torch.manual_seed(seed + self.team.rank)  # one network, but everyone explores with noise of their own
-        self.age = task.physics.own(np.zeros(task.envs))  # control steps since each robot's reset
+        self.age = task.physics.to_device(np.zeros(task.envs))  # control steps since each robot's reset
 
     @property
     def actor(self) -> Actor:

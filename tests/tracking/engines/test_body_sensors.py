@@ -80,8 +80,8 @@ def test_a_velocity_is_the_derivative_of_the_pose(robot, sensors):
         rot.log(rot.multiply(q1, rot.conjugate(q0))) / (2 * h), sensors.states.ang_vel, atol=1e-6
     )
     # Negative control: the spin in the body's own axes is another.
-    own = rot.rotate(rot.conjugate(sensors.states.quat), sensors.states.ang_vel)
-    assert np.abs(own - sensors.states.ang_vel).max() > 0.5
+    to_device = rot.rotate(rot.conjugate(sensors.states.quat), sensors.states.ang_vel)
+    assert np.abs(to_device - sensors.states.ang_vel).max() > 0.5
 
 
 def test_reading_leaves_the_state_alone_and_nothing_falls_or_touches(robot, sensors):

@@ -8,9 +8,9 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from robot_models.maths.arrays import in_memory
-from tracking.engines.random import TorchChance
+from tracking.engines.random import TorchRng
 
-KINDS = {"numpy": np.random.default_rng, "torch": lambda seed: TorchChance(seed, torch.device("cpu"))}
+KINDS = {"numpy": np.random.default_rng, "torch": lambda seed: TorchRng(seed, torch.device("cpu"))}
 
 
 @pytest.fixture(params=KINDS)
@@ -18,8 +18,8 @@ def make(request):
     return KINDS[request.param]
 
 
-def own(rng, values):
-    return torch.as_tensor(values) if isinstance(rng, TorchChance) else np.asarray(values)
+def to_device(rng, values):
+    return torch.as_tensor(values) if isinstance(rng, TorchRng) else np.asarray(values)
 
 
 def some(rng):
@@ -64,7 +64,7 @@ def test_numbers_fill_their_range_and_do_not_leave_it(make):
 
 def test_bounds_may_differ_from_number_to_number(make):
     rng = make(0)
-    width = own(rng, np.array([0.0, 1.0, 10.0]))
+    width = to_device(rng, np.array([0.0, 1.0, 10.0]))
     drawn = in_memory(rng.uniform(-width, width, size=(500, 3)))
     assert not drawn[:, 0].any()
     assert (np.abs(drawn).max(axis=0) <= [0.0, 1.0, 10.0]).all() and (

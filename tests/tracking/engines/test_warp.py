@@ -24,8 +24,8 @@ WORLDS, STARTS = 4, (50, 110, 170, 230)
 class SameChance:
     """NumPy's numbers where the task computes, so that two engines draw alike."""
 
-    def __init__(self, seed, own):
-        self._rng, self._own = np.random.default_rng(seed), own
+    def __init__(self, seed, to_device):
+        self._rng, self._own = np.random.default_rng(seed), to_device
 
     def __getattr__(self, name):
         draw = getattr(self._rng, name)
@@ -46,14 +46,14 @@ def tasks(groove_file):
 
 def play(task, steps, start):
     """States, rewards and observations under the same actions, with pushes on the way."""
-    own = task.physics.own
-    task.rng = SameChance(5, own)
-    task.pushes.wait = own(np.array([7.0, 3.0, 11.0, 30.0]))
-    task.reset(own(np.arange(WORLDS)), own(np.array(start)))
+    to_device = task.physics.to_device
+    task.rng = SameChance(5, to_device)
+    task.pushes.wait = to_device(np.array([7.0, 3.0, 11.0, 30.0]))
+    task.reset(to_device(np.arange(WORLDS)), to_device(np.array(start)))
     told = []
     for k in range(steps):
         action = 0.3 * np.sin(0.3 * k + np.arange(task.actions)) * np.ones((WORLDS, 1))
-        result = task.step(own(action))
+        result = task.step(to_device(action))
         told.append([in_memory(x).copy() for x in (task.physics.state, result.reward, *task.observe())])
     return [np.stack(x) for x in zip(*told, strict=True)]
 
@@ -79,8 +79,11 @@ def test_bodies_are_where_mujocos_are_and_move_as_they_do(tasks):
 
 def test_no_array_leaves_the_device_or_comes_to_it_while_robots_dance(tasks, monkeypatch):
     task = tasks[1]
-    task.rng = task.physics.chance(np.random.default_rng(0))
-    action, everyone = task.physics.own(np.zeros((WORLDS, task.actions))), task.physics.own(np.arange(WORLDS))
+    task.rng = task.physics.make_rng(np.random.default_rng(0))
+    action, everyone = (
+        task.physics.to_device(np.zeros((WORLDS, task.actions))),
+        task.physics.to_device(np.arange(WORLDS)),
+    )
     task.pushes.wait[:] = 2.0
 
     def refuse(*args, **kwargs):
@@ -103,7 +106,7 @@ def test_no_array_leaves_the_device_or_comes_to_it_while_robots_dance(tasks, mon
 
 def test_it_trains(tasks, tmp_path):
     task = tasks[1]
-    task.rng = task.physics.chance(np.random.default_rng(0))
+    task.rng = task.physics.make_rng(np.random.default_rng(0))
     trainer = Trainer(task, TrainConfig().ppo, seed=0, threads=1)
     before = [p.clone() for p in trainer.actor.parameters()]
     told = trainer.iterate(0.01)
@@ -122,11 +125,11 @@ def test_every_world_has_its_own_friction_mass_and_gains(tasks):
 def test_a_robot_that_is_put_back_goes_on_from_there(tasks):
     task = tasks[1]
     play(task, 3, STARTS)
-    still, own = torch.zeros((WORLDS, task.actions)), task.physics.own
+    still, to_device = torch.zeros((WORLDS, task.actions)), task.physics.to_device
     task.physics.qpos[1, 2] = np.nan
     result = task.step(still)
     assert result.causes["diverged"].tolist() == [False, True, False, False]
-    task.reset(own(np.array([1])), own(np.array([STARTS[1]])))
+    task.reset(to_device(np.array([1])), to_device(np.array([STARTS[1]])))
     assert torch.isfinite(task.step(still).reward).all()
     assert torch.isfinite(task.physics.state).all()
 
@@ -146,7 +149,7 @@ def test_constraints_that_do_not_fit_are_refused_and_a_solver_that_is_stopped_is
 def test_a_saved_task_goes_on_bit_for_bit(tasks):
     task = tasks[1]
     play(task, 5, STARTS)
-    task.rng = task.physics.chance(np.random.default_rng(0))
+    task.rng = task.physics.make_rng(np.random.default_rng(0))
     saved = task.state_dict()
     ends = []
     for _ in range(2):

@@ -121,10 +121,10 @@ def test_body_sensors_agree_with_our_own_kinematics(reference, rng):
     task = make(reference, config=quiet())
     task.step(rng.normal(size=(4, 28)))
     task.reset(np.array([2]), np.array([50]))  # one read alone, the others as they were
-    seen, own = task.sensors.states, tracked(task.robot, task.physics.qpos, task.physics.qvel)
+    seen, to_device = task.sensors.states, tracked(task.robot, task.physics.qpos, task.physics.qvel)
     for name in ("pos", "lin_vel", "ang_vel"):
-        np.testing.assert_allclose(getattr(seen, name), getattr(own, name), atol=1e-12)
-    assert rot.angle_between(seen.quat, own.quat).max() < 1e-7
+        np.testing.assert_allclose(getattr(seen, name), getattr(to_device, name), atol=1e-12)
+    assert rot.angle_between(seen.quat, to_device.quat).max() < 1e-7
 
 
 def test_the_prior_asks_for_the_torque_that_the_motion_needs(reference):
