@@ -1,7 +1,7 @@
 """Mathematics that knows no robot: rotations, arrays, intervals of frames, smoothing, banded systems, threads."""
 
 from robot_models.maths import rotation
-from robot_models.maths.arrays import Array, in_memory, namespace, remember
+from robot_models.maths.arrays import Array, array_namespace, push_history, to_numpy
 from robot_models.maths.banded import REACH, BandedSystem, Memory, band_memory, spread_back, widened
 from robot_models.maths.intervals import away_from, nearest, runs_of
 from robot_models.maths.smoothing import smooth
@@ -12,17 +12,17 @@ __all__ = [
     "Array",
     "BandedSystem",
     "Memory",
+    "array_namespace",
     "available_threads",
     "away_from",
     "band_memory",
-    "in_memory",
-    "namespace",
     "nearest",
     "one_blas_thread",
-    "remember",
+    "push_history",
     "rotation",
     "runs_of",
     "smooth",
     "spread_back",
+    "to_numpy",
     "widened",
 ]

@@ -1,7 +1,7 @@
 """NumPy's arrays and torch's tensors under one name: a formula written once runs on both, and on any device.
 
 torch understands numpy's argument names (`axis`, `keepdims`), and what has one name in both libraries is called through
-`namespace`. Nothing here imports torch: whoever hands in a tensor has done so.
+`array_namespace`. Nothing here imports torch: whoever hands in a tensor has done so.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ import numpy as np
 Array = Any  # numpy's ndarray, or a torch tensor on any device
 
 
-def namespace(array: Array) -> Any:
+def array_namespace(array: Array) -> Any:
     """The library that an array belongs to."""
     return sys.modules["torch"] if hasattr(array, "device") and not isinstance(array, np.generic | np.ndarray) else np
 
 
-def empty_of(a: Array, b: Array) -> Array:
+def empty_like_broadcast(a: Array, b: Array) -> Array:
     """Room for what two arrays broadcast to."""
     shape = np.broadcast_shapes(np.shape(a), np.shape(b))
-    return np.empty(shape) if namespace(a) is np else a.new_empty(shape)
+    return np.empty(shape) if array_namespace(a) is np else a.new_empty(shape)
 
 
-def in_memory(array: Array) -> np.ndarray:
+def to_numpy(array: Array) -> np.ndarray:
     """The same numbers as numpy's array, brought from the device where they are on one."""
-    return np.asarray(array) if namespace(array) is np else np.asarray(array.detach().cpu())
+    return np.asarray(array) if array_namespace(array) is np else np.asarray(array.detach().cpu())
 
 
-def remember(past: Array, now: Array) -> None:
+def push_history(past: Array, now: Array) -> None:
     """Move what lies along the first axis one place on, in place, and put the newest in front."""
     for k in range(len(past) - 1, 0, -1):  # torch does not move a tensor onto itself
         past[k] = past[k - 1]

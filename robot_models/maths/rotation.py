@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models.maths.arrays import Array, empty_of, namespace
+from robot_models.maths.arrays import Array, array_namespace, empty_like_broadcast
 
 Quat = Float[ndarray, "*batch 4"]
 Vec = Float[ndarray, "*batch 3"]
@@ -27,7 +27,7 @@ def multiply(a: Float[Array, "... 4"], b: Float[Array, "... 4"]) -> Float[Array,
     """Hamilton product `a b`."""
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
-    out = empty_of(a, b)
+    out = empty_like_broadcast(a, b)
     out[..., 0] = aw * bw - ax * bx - ay * by - az * bz
     out[..., 1] = aw * bx + ax * bw + ay * bz - az * by
     out[..., 2] = aw * by - ax * bz + ay * bw + az * bx
@@ -39,7 +39,7 @@ def cross(a: Float[Array, "... 3"], b: Float[Array, "... 3"]) -> Float[Array, ".
     """Vector product; several times faster than numpy's general one."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    out = empty_of(a, b)
+    out = empty_like_broadcast(a, b)
     out[..., 0] = ay * bz - az * by
     out[..., 1] = az * bx - ax * bz
     out[..., 2] = ax * by - ay * bx
@@ -68,13 +68,13 @@ def normalise(q: Float[Array, "... 4"]) -> Float[Array, "... 4"]:
 
 def exp(rotvec: Float[Array, "... 3"]) -> Float[Array, "... 4"]:
     """Quaternion of a rotation vector (axis times angle) [rad]."""
-    xp, half = namespace(rotvec), 0.5 * _length(rotvec)
+    xp, half = array_namespace(rotvec), 0.5 * _length(rotvec)
     return xp.concat((xp.cos(half), 0.5 * xp.sinc(half / np.pi) * rotvec), axis=-1)
 
 
 def log(q: Float[Array, "... 4"]) -> Float[Array, "... 3"]:
     """Rotation vector of the shortest turn, length in [0, pi] [rad]."""
-    xp = namespace(q)
+    xp = array_namespace(q)
     q = xp.where(q[..., :1] < 0.0, -q, q)
     sine = _length(q[..., 1:])
     angle = 2.0 * xp.atan2(sine, q[..., :1])
@@ -84,7 +84,7 @@ def log(q: Float[Array, "... 4"]) -> Float[Array, "... 3"]:
 
 def angle_between(a: Float[Array, "... 4"], b: Float[Array, "... 4"]) -> Float[Array, "..."]:
     """Angle of the turn from a to b, in [0, pi] [rad]; does not care for signs."""
-    xp, turn = namespace(a), multiply(conjugate(a), b)
+    xp, turn = array_namespace(a), multiply(conjugate(a), b)
     x, y, z = turn[..., 1], turn[..., 2], turn[..., 3]
     return 2.0 * xp.atan2(xp.sqrt(x * x + y * y + z * z), xp.abs(turn[..., 0]))
 
@@ -92,7 +92,7 @@ def angle_between(a: Float[Array, "... 4"], b: Float[Array, "... 4"]) -> Float[A
 def _length(v: Array) -> Array:
     """Of vectors, the last axis kept; several times faster than numpy's norm on axes so short."""
     squares = v * v
-    return namespace(v).sqrt(sum((squares[..., k : k + 1] for k in range(1, v.shape[-1])), squares[..., :1]))
+    return array_namespace(v).sqrt(sum((squares[..., k : k + 1] for k in range(1, v.shape[-1])), squares[..., :1]))
 
 
 def slerp(a: Float[ndarray, "... 4"], b: Float[ndarray, "... 4"], t: Float[ndarray, "..."]) -> Float[ndarray, "... 4"]:
@@ -146,7 +146,7 @@ def to_matrix(q: Float[Array, "... 4"]) -> Float[Array, "... 3 3"]:
         2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
         2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
     )  # fmt: skip
-    return namespace(q).stack(rows, axis=-1).reshape(*q.shape[:-1], 3, 3)
+    return array_namespace(q).stack(rows, axis=-1).reshape(*q.shape[:-1], 3, 3)
 
 
 def from_axes(x: Float[ndarray, "... 3"], y_hint: Float[ndarray, "... 3"]) -> Float[ndarray, "... 4"]:
@@ -172,12 +172,12 @@ def from_yaw(yaw: Float[Array, "..."]) -> Float[Array, "... 4"]:
 def yaw(q: Float[Array, "... 4"]) -> Float[Array, "..."]:
     """Heading of the rotated x axis about the vertical, in (-pi, pi] [rad]."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    return namespace(q).atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
+    return array_namespace(q).atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
 
 
 def _about(axis: str, angle: Array) -> Array:
     """Turn about a named axis [rad]."""
-    xp, half = namespace(angle), 0.5 * angle
+    xp, half = array_namespace(angle), 0.5 * angle
     parts = [xp.cos(half)] + [xp.zeros_like(half)] * 3
     parts[1 + "XYZ".index(axis)] = xp.sin(half)
     return xp.stack(parts, axis=-1)

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models import BodyStates, RobotModel
-from robot_models.maths import Array, namespace, remember
+from robot_models.maths import Array, array_namespace, push_history
 from tracking.engines.body_sensors import BodySensors
 from tracking.engines.random import Rng
 from tracking.errors import TrackingError
@@ -118,7 +118,7 @@ class PhysicsBatch(ABC):
 
     def set_delay(self, delay: Float[Array, "N"]) -> None:
         """Change how many seconds late the motors hear; not beyond the longest delay of the beginning."""
-        xp = namespace(delay)
+        xp = array_namespace(delay)
         steps = xp.asarray(xp.round(delay / self.physics_dt), dtype=xp.int64)
         self._which = -(-xp.clip(steps[:, None] - self._substep, 0, None) // self.substeps)
 
@@ -132,7 +132,7 @@ class PhysicsBatch(ABC):
 
     def step(self, targets: Float[Array, "N J"]) -> None:
         """Advance all robots by one control period, holding the joint targets [rad]."""
-        remember(self.targets.swapaxes(0, 1), targets)
+        push_history(self.targets.swapaxes(0, 1), targets)
         self._advance(self.targets[self._robots, self._which])
 
     @abstractmethod

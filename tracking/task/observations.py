@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models import BodyStates, RobotModel
-from robot_models.maths import Array, namespace
+from robot_models.maths import Array, array_namespace
 from robot_models.maths import rotation as rot
 from tracking.config import ObservationNoise
 from tracking.engines import Rng
@@ -67,7 +67,7 @@ class ObservationTable:
 
     def values(self, situation: Situation) -> Float[Array, "N size"]:
         """All terms side by side in float32, without noise."""
-        xp, frame = namespace(situation.frame), situation.frame
+        xp, frame = array_namespace(situation.frame), situation.frame
         out = xp.empty((len(frame), self.size), dtype=xp.float32, device=frame.device)
         at = 0
         for row, compute in zip(self.rows, self.computes, strict=True):
@@ -156,7 +156,7 @@ def _anchor_orientation(s: Situation, tables: ReferenceTables) -> Array:
 
 def _phase(s: Situation, tables: ReferenceTables) -> Array:
     first, last = tables.first[s.frame], tables.last[s.frame]
-    return ((s.frame - first) / namespace(first).clip(last - first, 1, None))[:, None]
+    return ((s.frame - first) / array_namespace(first).clip(last - first, 1, None))[:, None]
 
 
 def _anchor_position(s: Situation, tables: ReferenceTables) -> Array:

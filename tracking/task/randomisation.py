@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models import RobotModel
-from robot_models.maths import Array, namespace
+from robot_models.maths import Array, array_namespace
 from tracking.config import RandomisationConfig
 from tracking.engines import Rng, limit_torque_by_speed, training_model
 
@@ -85,7 +85,7 @@ class Pushes:
     def apply(self, qvel: Float[Array, "N nv"], rng: Rng) -> None:
         """Let one control period pass and push, in place, whose time has come."""
         self.wait -= 1.0
-        due = namespace(self.wait).where(self.wait <= 0.0)[0]
+        due = array_namespace(self.wait).where(self.wait <= 0.0)[0]
         if len(due):
             qvel[due, :6] += self.strength * rng.uniform(-self._width, self._width, size=(len(due), 6))
             self.wait[due] = self._draw(len(due), rng)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Int
 from numpy import ndarray
 
-from robot_models.maths import Array, namespace
+from robot_models.maths import Array, array_namespace
 from tracking.config import StartConfig
 from tracking.engines import Rng
 from tracking.task.tracking_errors import ReferenceTables
@@ -54,12 +54,12 @@ class Starts:
 
     def fell(self, frames: Int[Array, "n"]) -> None:
         """Remember where robots failed; the oldest failures are forgotten."""
-        self.failures = namespace(frames).concat((self.failures, frames))[-self._remembered :]
+        self.failures = array_namespace(frames).concat((self.failures, frames))[-self._remembered :]
 
     def draw(self, count: int, rng: Rng) -> Int[Array, "count"]:
         """Start frames of so many episodes."""
         kind = rng.random(count)
-        xp = namespace(kind)
+        xp = array_namespace(kind)
         start = self._anywhere[rng.integers(0, len(self._anywhere), size=count)]
         if len(self.failures):
             failed = self.failures[rng.integers(0, len(self.failures), size=count)]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from jaxtyping import Float
 
-from robot_models.maths import Array, namespace
+from robot_models.maths import Array, array_namespace
 from tracking.config import RewardConfig
 from tracking.task.tracking_errors import TrackingErrors
 
@@ -16,7 +16,7 @@ Reward = Float[Array, "N"]
 
 def closeness(squared: Float[Array, "N"], width: float) -> Reward:
     """exp(-e^2 / sigma^2) (Peng et al. 2018, eq. 5, in BeyondMimic's form)."""
-    return namespace(squared).exp(-squared / width**2)
+    return array_namespace(squared).exp(-squared / width**2)
 
 
 def mean_square(vectors: Float[Array, "N K 3"]) -> Float[Array, "N"]:
@@ -35,7 +35,7 @@ def beyond_soft_limits(
 ) -> Float[Array, "N"]:
     """Radians outside the middle `share` of the joint ranges, summed over joints."""
     middle, half = 0.5 * (lower + upper), 0.5 * share * (upper - lower)
-    xp = namespace(joint_pos)
+    xp = array_namespace(joint_pos)
     return xp.clip(xp.abs(joint_pos - middle) - half, 0.0, None).sum(axis=-1)
 
 

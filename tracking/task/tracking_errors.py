@@ -12,7 +12,7 @@ from numpy import ndarray
 
 from clips import Reference
 from robot_models import FEET, BodyStates, RobotModel
-from robot_models.maths import Array, namespace
+from robot_models.maths import Array, array_namespace
 from robot_models.maths import rotation as rot
 from tracking.config import TerminationConfig
 
@@ -65,7 +65,7 @@ class ReferenceTables:
 
     def ahead(self, frame: Int[Array, "N"], frames: int) -> Int[Array, "N"]:
         """Places so many frames on; the last frame of a reference holds beyond its end."""
-        return namespace(frame).minimum(frame + frames, self.last[frame])
+        return array_namespace(frame).minimum(frame + frames, self.last[frame])
 
     def on(self, to_device: Callable[[ndarray], Array]) -> ReferenceTables:
         """The same tables in other memory."""
@@ -82,7 +82,7 @@ def compare(states: BodyStates, tables: ReferenceTables, frame: Int[Array, "N"])
     ref_pos, ref_quat = tables.pos[frame], tables.quat[frame]
     a = tables.anchor
     turn = rot.from_yaw(rot.yaw(rot.multiply(quat[:, a], rot.conjugate(ref_quat[:, a]))))[:, None]
-    place = namespace(pos).concat((pos[:, a, :2], ref_pos[:, a, 2:]), axis=-1)
+    place = array_namespace(pos).concat((pos[:, a, :2], ref_pos[:, a, 2:]), axis=-1)
     moved_pos = place[:, None] + rot.rotate(turn, ref_pos - ref_pos[:, a, None])
     moved_quat = rot.multiply(turn, ref_quat)
     return TrackingErrors(
@@ -98,7 +98,7 @@ def compare(states: BodyStates, tables: ReferenceTables, frame: Int[Array, "N"])
 
 def failures(errors: TrackingErrors, tables: ReferenceTables, config: TerminationConfig) -> dict[str, Bool[Array, "N"]]:
     """Which rollouts have failed, by cause."""
-    xp = namespace(errors.body_pos)
+    xp = array_namespace(errors.body_pos)
     return {
         "anchor_height": xp.abs(errors.anchor_pos[:, 2]) > config.anchor_height,
         "anchor_tilt": xp.abs(errors.anchor_tilt) > config.anchor_tilt,

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int
 
 from clips import Reference
 from robot_models import RobotModel
-from robot_models.maths import Array, in_memory, namespace, remember
+from robot_models.maths import Array, array_namespace, push_history, to_numpy
 from robot_models.maths import rotation as rot
 from tracking.config import TaskConfig
 from tracking.engines import Engine, MujocoBatch
@@ -119,7 +119,7 @@ class TrackingTask:
         """
         following = self.tables.ahead(self.frame, 1)
         self.pushes.apply(self.physics.qvel, self.rng)
-        xp = namespace(self.frame)
+        xp = array_namespace(self.frame)
         if targets is None:
             targets = xp.clip(self.targets[following] + self.action_scale * action, *self.target_range)
         self.physics.step(targets - self.encoder_bias)
@@ -129,7 +129,7 @@ class TrackingTask:
             # Back onto the reference at once: a state that is no number would spoil observations and rewards too.
             at = self.frame[diverged]
             self.physics.set(diverged, self.tables.qpos[at], self.tables.qvel[at], self.targets[at])
-        remember(self.past, self.physics.state)
+        push_history(self.past, self.physics.state)
         self.sensors.read(self.physics.state)
         errors = compare(self.sensors.states, self.tables, self.frame)
         over = beyond_soft_limits(self.physics.qpos[:, 7:], *self.joint_range, self.config.rewards.soft_limit)
@@ -161,7 +161,7 @@ class TrackingTask:
         """Observations of actor (with noise) and critic (without), both of the present state."""
         s = self.situation()
         seen = self.actor.values(s)
-        critic = namespace(seen).concat((seen, self.privileged.values(s)), axis=1)
+        critic = array_namespace(seen).concat((seen, self.privileged.values(s)), axis=1)
         return self.actor.disturbed(seen, self.rng) if noisy else seen, critic
 
     def measured(self, *, noisy: bool = True) -> Measurement:
@@ -205,9 +205,9 @@ class TrackingTask:
         position, orientation, joints, linear, angular = map(draw, self._disturbance)
         qpos, qvel = self.tables.qpos[start], self.tables.qvel[start]  # copies
         qpos[:, :3] += position
-        turn = rot.from_euler(namespace(qpos).flip(orientation, (1,)), "ZYX")  # drawn as roll, pitch, yaw
+        turn = rot.from_euler(array_namespace(qpos).flip(orientation, (1,)), "ZYX")  # drawn as roll, pitch, yaw
         qpos[:, 3:7] = rot.normalise(rot.multiply(turn, qpos[:, 3:7]))
-        qpos[:, 7:] = namespace(qpos).clip(qpos[:, 7:] + joints, *self.joint_range)
+        qpos[:, 7:] = array_namespace(qpos).clip(qpos[:, 7:] + joints, *self.joint_range)
         qvel[:, :3] += linear
         qvel[:, 3:6] += angular
         return qpos, qvel
@@ -224,7 +224,7 @@ class TrackingTask:
             "last_action": self.last_action,
             "heading": self.heading,
         }
-        return {name: in_memory(value).copy() for name, value in kept.items()} | {"rng": self.rng.bit_generator.state}
+        return {name: to_numpy(value).copy() for name, value in kept.items()} | {"rng": self.rng.bit_generator.state}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on from a saved state; models and encoder biases follow from the seed."""

@@ -16,7 +16,7 @@ import torch
 from numpy import ndarray
 
 from clips import Reference, write_whole
-from robot_models.maths import in_memory
+from robot_models.maths import to_numpy
 from tracking.config import RandomisationConfig
 from tracking.errors import TrackingError
 from tracking.policy import (
@@ -72,7 +72,7 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: Piece) ->
             with torch.inference_mode():
                 return np.asarray(model(torch.from_numpy(observation)).numpy(), dtype=np.float64)
 
-        observation = in_memory(task.observe()[0])
+        observation = to_numpy(task.observe()[0])
         difference = float(np.abs(onnx_policy(path)(observation) - policy(observation)).max())
         if not difference < _AGREEMENT:
             raise TrackingError(

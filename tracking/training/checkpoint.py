@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from clips import write_whole
-from robot_models.maths import in_memory
+from robot_models.maths import to_numpy
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
 from tracking.training.ppo import Trainer
@@ -25,7 +25,7 @@ def save_checkpoint(
     """Write the whole state of a run aside, then rename; every process of a team tells, and the leader writes."""
     mine = {
         "torch_rng": _generator(trainer).get_state(),
-        "age": torch.from_numpy(in_memory(trainer.age).copy()),
+        "age": torch.from_numpy(to_numpy(trainer.age).copy()),
         "task": _packed(trainer.task.state_dict()),
     }
     processes = trainer.team.gathered(mine)

@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from tensordict import TensorDict
 
-from robot_models.maths import Array, in_memory, namespace
+from robot_models.maths import Array, array_namespace, to_numpy
 from tracking.config import PpoConfig
 from tracking.task import StepResult, TrackingTask
 from tracking.training.distributed import Team
@@ -62,7 +62,7 @@ class Trainer:
         """Collect one batch and learn from it; the next update shall have this divergence."""
         self.algorithm.train_mode()
         observation = self._observe()
-        xp = namespace(self.age)
+        xp = array_namespace(self.age)
         ended: list[Array] = []
         terms: dict[str, Array] = {}
         causes: dict[str, Array] = {}
@@ -86,7 +86,7 @@ class Trainer:
         divergence = self._divergence()
         self._adapt_rate(divergence, kl)
         self._keep_exploring()
-        lasted = in_memory(xp.concat(ended)) * self.task.dt
+        lasted = to_numpy(xp.concat(ended)) * self.task.dt
         return Iteration(
             steps=self.team.size * self.task.envs * self.config.steps_per_env,
             losses={k: float(v) for k, v in losses.items()},
@@ -99,7 +99,7 @@ class Trainer:
         )
 
     def _as_the_task_has_it(self, action: torch.Tensor) -> Array:
-        return action if namespace(self.age) is torch else action.numpy().astype(np.float64)
+        return action if array_namespace(self.age) is torch else action.numpy().astype(np.float64)
 
     def _observe(self) -> TensorDict:
         # Fresh tensors each time: the storage keeps a reference until the step is over.

@@ -6,7 +6,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from robot_models.maths import rotation as rot
-from robot_models.maths.arrays import in_memory, namespace
+from robot_models.maths.arrays import array_namespace, to_numpy
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def test_tensors_come_to_the_same_and_stay_tensors(values, name, precision):
     tensors = [torch.asarray(v, dtype=getattr(torch, precision)) for v in values]
     on_tensors = FORMULAS[name](*tensors)
     assert on_tensors.dtype == tensors[0].dtype
-    np.testing.assert_allclose(in_memory(on_tensors), on_arrays, atol=1e-14 if precision == "float64" else 3e-6)
+    np.testing.assert_allclose(to_numpy(on_tensors), on_arrays, atol=1e-14 if precision == "float64" else 3e-6)
 
 
 @pytest.mark.parametrize("name", FORMULAS)
@@ -50,9 +50,9 @@ def test_no_number_leaves_the_device(values, name):
     nothing = [torch.asarray(v, device="meta") for v in values]
     assert FORMULAS[name](*nothing).device.type == "meta"
     with pytest.raises(NotImplementedError):
-        in_memory(nothing[0])
+        to_numpy(nothing[0])
 
 
 def test_what_is_no_tensor_is_numpys():
-    assert namespace(np.zeros(2)) is np and namespace(np.float64(1.0)) is np and namespace(1.0) is np
-    assert namespace(torch.zeros(2)) is torch
+    assert array_namespace(np.zeros(2)) is np and array_namespace(np.float64(1.0)) is np and array_namespace(1.0) is np
+    assert array_namespace(torch.zeros(2)) is torch

@@ -12,7 +12,7 @@ import torch
 
 from clips import load_reference
 from robot_models import load_robot
-from robot_models.maths.arrays import in_memory
+from robot_models.maths.arrays import to_numpy
 from tracking import TrackingError, TrackingTask, TrainConfig
 from tracking.engines.warp import WarpBatch
 from tracking.training.ppo import Trainer
@@ -29,7 +29,7 @@ class SameChance:
 
     def __getattr__(self, name):
         draw = getattr(self._rng, name)
-        return lambda *bounds, size: self._own(draw(*map(in_memory, bounds), size=size))
+        return lambda *bounds, size: self._own(draw(*map(to_numpy, bounds), size=size))
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def play(task, steps, start):
     for k in range(steps):
         action = 0.3 * np.sin(0.3 * k + np.arange(task.actions)) * np.ones((WORLDS, 1))
         result = task.step(to_device(action))
-        told.append([in_memory(x).copy() for x in (task.physics.state, result.reward, *task.observe())])
+        told.append([to_numpy(x).copy() for x in (task.physics.state, result.reward, *task.observe())])
     return [np.stack(x) for x in zip(*told, strict=True)]
 
 
@@ -74,7 +74,7 @@ def test_bodies_are_where_mujocos_are_and_move_as_they_do(tasks):
         play(task, 10, STARTS)
     ours, theirs = (t.sensors.states for t in tasks)
     for name in ("pos", "quat", "lin_vel", "ang_vel"):
-        np.testing.assert_allclose(in_memory(getattr(theirs, name)), getattr(ours, name), atol=1e-3, err_msg=name)
+        np.testing.assert_allclose(to_numpy(getattr(theirs, name)), getattr(ours, name), atol=1e-3, err_msg=name)
 
 
 def test_no_array_leaves_the_device_or_comes_to_it_while_robots_dance(tasks, monkeypatch):
@@ -101,7 +101,7 @@ def test_no_array_leaves_the_device_or_comes_to_it_while_robots_dance(tasks, mon
             task.reset(everyone)
             task.observe()
         with pytest.raises(AssertionError):
-            in_memory(result.reward)
+            to_numpy(result.reward)
 
 
 def test_it_trains(tasks, tmp_path):
@@ -157,7 +157,7 @@ def test_a_saved_task_goes_on_bit_for_bit(tasks):
         for _ in range(5):
             task.step(torch.full((WORLDS, task.actions), 0.2))
         task.reset(torch.arange(WORLDS))
-        ends.append(in_memory(task.physics.state).copy())
+        ends.append(to_numpy(task.physics.state).copy())
     np.testing.assert_array_equal(*ends)
 
 
