@@ -28,8 +28,8 @@ def save_checkpoint(
         "age": torch.from_numpy(to_numpy(trainer.age).copy()),
         "task": _packed(trainer.task.state_dict()),
     }
-    processes = trainer.team.gathered(mine)
-    if not trainer.team.leads:
+    processes = trainer.team.gather(mine)
+    if not trainer.team.is_leader:
         return
     state = {
         "format_version": FORMAT_VERSION,

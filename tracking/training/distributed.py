@@ -25,7 +25,7 @@ class Team:
     neighbours: int = 1  # processes on this machine, this one counted
 
     @property
-    def leads(self) -> bool:
+    def is_leader(self) -> bool:
         """Whether this process evaluates, decides and writes."""
         return self.rank == 0
 
@@ -48,7 +48,7 @@ class Team:
         """Threads of this process: as wanted, or an even part of the cores."""
         return wanted or max(1, available_threads() // self.neighbours)
 
-    def told(self, value: T) -> T:
+    def broadcast(self, value: T) -> T:
         """The leader's value, in every process."""
         if self.size == 1:
             return value
@@ -60,9 +60,9 @@ class Team:
 
     def mean(self, value: float) -> float:
         """Mean over the processes."""
-        return sum(self.gathered(value)) / self.size
+        return sum(self.gather(value)) / self.size
 
-    def gathered(self, value: T) -> list[T]:
+    def gather(self, value: T) -> list[T]:
         """Everyone's value in order of rank, in every process."""
         if self.size == 1:
             return [value]

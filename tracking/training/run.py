@@ -67,7 +67,7 @@ def train(
     with ExitStack() as stack:
         team = join_team()
         stack.callback(team.leave)
-        if team.leads:
+        if team.is_leader:
             _prepare(folder, resume)
         task = TrackingTask(
             robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces],
@@ -81,7 +81,7 @@ def train(
             saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, repertoire_sha256(pieces))
             run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
         _learn(run, trainer, pieces, config, progress)
-        if team.leads:
+        if team.is_leader:
             run.onnx_difference = max(
                 export_bundle(bundle_folder(folder, piece, pieces), trainer.actor, task, piece) for piece in pieces
             )
@@ -91,10 +91,10 @@ def train(
 def _learn(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig, progress: Progress | None) -> None:
     """Iterate and judge until there is a reason to stop."""
     team, sha, began = trainer.team, repertoire_sha256(pieces), time.perf_counter() - run.seconds
-    with TensorBoard(run.folder if team.leads else None) as board, Signals() as signals:
+    with TensorBoard(run.folder if team.is_leader else None) as board, Signals() as signals:
         if not run.curves:
             _judge(run, trainer, pieces, config, board)
-        run.stopped = team.told(_reason_to_stop(run, config))
+        run.stopped = team.broadcast(_reason_to_stop(run, config))
         told_to = ""
         while not run.stopped:
             trainer.task.harden(run.steps / config.steps)
@@ -107,8 +107,8 @@ def _learn(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainCon
                 progress(run.steps, config.steps, _line(run, result))
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
                 _judge(run, trainer, pieces, config, board)
-            told_to = next(filter(None, team.gathered(signals.came)), "")  # any process may be told
-            run.stopped = team.told(told_to or _reason_to_stop(run, config))
+            told_to = next(filter(None, team.gather(signals.came)), "")  # any process may be told
+            run.stopped = team.broadcast(told_to or _reason_to_stop(run, config))
         # A run that is told to stop has little time: it saves, and is judged when it is resumed.
         if run.curves[-1]["steps"] != run.steps and not told_to:
             _judge(run, trainer, pieces, config, board)
@@ -136,7 +136,7 @@ def _wanted_kl(c: PpoConfig, run: Run) -> float:
 def _judge(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig, board: TensorBoard) -> None:
     """Evaluate on every piece, note the means, save."""
     row: dict[str, float] = {}
-    if trainer.team.leads:
+    if trainer.team.is_leader:
         run.evaluations = _evaluated(trainer, pieces, config)
         row = {"steps": float(run.steps), "minutes": run.seconds / 60.0}
         # Of several dances the one that is finished least often: a run is over when it is.
@@ -145,7 +145,7 @@ def _judge(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainCon
             row[name] = float(np.mean([getattr(e, name) for e in run.evaluations.values()]))
         if len(pieces) > 1:
             row |= {f"finished {name}": e.finished for name, e in run.evaluations.items()}
-    row = trainer.team.told(row)
+    row = trainer.team.broadcast(row)
     run.curves.append(row)
     board.evaluation(run.steps, row)
     _save(run, trainer, config, repertoire_sha256(pieces))
@@ -165,13 +165,13 @@ def _evaluated(trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig) -
 def _save(run: Run, trainer: Trainer, config: TrainConfig, sha: str) -> None:
     progress = {"steps": run.steps, "seconds": run.seconds, "curves": run.curves}
     save_checkpoint(run.folder / CHECKPOINT, trainer, config, sha, progress)
-    if run.curves and trainer.team.leads:
+    if run.curves and trainer.team.is_leader:
         write_curves(run.folder / CURVES, run.curves)
 
 
 def _check_finite(result: Iteration, trainer: Trainer, run: Run, config: TrainConfig, sha: str) -> None:
-    told = {**result.losses, **result.terms, "kl": result.kl}
-    bad = {k for part in trainer.team.gathered([k for k, v in told.items() if not math.isfinite(v)]) for k in part}
+    broadcast = {**result.losses, **result.terms, "kl": result.kl}
+    bad = {k for part in trainer.team.gather([k for k, v in broadcast.items() if not math.isfinite(v)]) for k in part}
     if not bad:
         return
     save_checkpoint(run.folder / "diverged.pt", trainer, config, sha, {"steps": run.steps})

@@ -64,8 +64,10 @@ def without_time(curves):
 def test_alone_there_is_nobody_to_ask(monkeypatch):
     monkeypatch.delenv("WORLD_SIZE", raising=False)
     team = join_team()
-    assert team == Team() and team.leads and team.for_rsl_rl is None
-    assert team.told("a") == "a" and team.gathered(1) == [1] and team.mean(2.0) == 2.0 and team.share(7, "--envs") == 7
+    assert team == Team() and team.is_leader and team.for_rsl_rl is None
+    assert (
+        team.broadcast("a") == "a" and team.gather(1) == [1] and team.mean(2.0) == 2.0 and team.share(7, "--envs") == 7
+    )
 
 
 def test_robots_that_cannot_be_shared_evenly_are_refused():

@@ -126,27 +126,27 @@ def test_counts_are_what_happened_in_the_task(dancer, monkeypatch):
     # Two robots are near their clip's end.
     task.reset(np.array([1, 2]), np.array([task.tables.frames - 4, task.tables.frames - 2]))
     age = np.zeros(4)
-    told = trainer.iterate(0.05)
+    broadcast = trainer.iterate(0.05)
     lasted = []
     for done in ended:
         age += 1
         lasted += list(age[done])
         age[done] = 0
-    assert told.steps == 4 * 6 and len(ended) == 6 and len(lasted) >= 2
+    assert broadcast.steps == 4 * 6 and len(ended) == 6 and len(lasted) >= 2
     np.testing.assert_array_equal(trainer.age, age)
-    assert told.episode_s == pytest.approx(task.dt * np.mean(lasted))
-    assert sum(told.terms.values()) * task.dt == pytest.approx(np.mean(rewards))
-    assert all(np.isfinite(v) for v in told.losses.values()) and told.kl >= 0.0
-    assert SMALL.std_range[0] <= told.std <= SMALL.std_range[1]
-    assert SMALL.rate_range[0] <= told.rate <= SMALL.rate_range[1]
+    assert broadcast.episode_s == pytest.approx(task.dt * np.mean(lasted))
+    assert sum(broadcast.terms.values()) * task.dt == pytest.approx(np.mean(rewards))
+    assert all(np.isfinite(v) for v in broadcast.losses.values()) and broadcast.kl >= 0.0
+    assert SMALL.std_range[0] <= broadcast.std <= SMALL.std_range[1]
+    assert SMALL.rate_range[0] <= broadcast.rate <= SMALL.rate_range[1]
     task.close()
 
 
 def test_no_episode_that_ended_has_no_length(dancer):
     trainer = make(dancer, seed=1, envs=1)
     trainer.task.reset(np.array([0]), np.array([100]))
-    told = trainer.iterate(0.05)
-    assert np.isnan(told.episode_s) == (sum(told.causes.values()) == 0)
+    broadcast = trainer.iterate(0.05)
+    assert np.isnan(broadcast.episode_s) == (sum(broadcast.causes.values()) == 0)
     trainer.task.close()
 
 

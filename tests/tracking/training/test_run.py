@@ -120,10 +120,10 @@ def test_the_exported_actor_agrees_with_torch_and_its_contract_with_the_robot(re
     assert export_bundle(tmp_path, one.actor, one.task, piece(reference)) < 1e-5
     seen = one.task.observe()[0]
     np.testing.assert_allclose(onnx_policy(tmp_path / "policy.onnx")(seen), torch_policy(one.actor)(seen), atol=1e-5)
-    told = json.loads((tmp_path / "contract.json").read_text())
+    broadcast = json.loads((tmp_path / "contract.json").read_text())
     robot = one.task.robot
-    assert told["joint_names"] == list(robot.joint_names) and told["kp"] == robot.kp.tolist()
-    assert told["observation"][-1]["slice"][1] == seen.shape[1]
+    assert broadcast["joint_names"] == list(robot.joint_names) and broadcast["kp"] == robot.kp.tolist()
+    assert broadcast["observation"][-1]["slice"][1] == seen.shape[1]
     assert contract_of(one.task, "abc").control_dt == 0.02
     contract = read_contract(tmp_path / "contract.json")
     runner = Runner(contract, onnx_policy(tmp_path / "policy.onnx"), motion_of(reference, contract))
@@ -204,11 +204,15 @@ def test_a_contract_that_does_not_fit_is_refused_by_the_number_that_differs(refe
     from tracking import check_contract
 
     one = trainer(reference)
-    told = contract_of(one.task, "abc")
-    check_contract(told, one.task.robot, "abc")
-    other = {"kp": 1.1 * told.kp, "joint_names": told.joint_names[::-1], "anchor_chain": told.anchor_chain[1:]}
+    broadcast = contract_of(one.task, "abc")
+    check_contract(broadcast, one.task.robot, "abc")
+    other = {
+        "kp": 1.1 * broadcast.kp,
+        "joint_names": broadcast.joint_names[::-1],
+        "anchor_chain": broadcast.anchor_chain[1:],
+    }
     with pytest.raises(TrackingError, match=f"contract, {key}"):
-        check_contract(dataclasses.replace(told, **{key: other.get(key, "another")}), one.task.robot, "abc")
+        check_contract(dataclasses.replace(broadcast, **{key: other.get(key, "another")}), one.task.robot, "abc")
 
 
 def test_updates_become_smaller_with_time_and_with_success(tmp_path):
