@@ -95,10 +95,10 @@ def loop_b(robot: RobotModel, targets: Targets) -> ndarray:
     configuration = mink.Configuration(robot.model)
     configuration.update(robot.default_qpos.copy())
     limits = [mink.ConfigurationLimit(robot.model)]
-    goals = frame_goals(robot, targets)
+    objective = frame_goals(robot, targets)
     passes = [
         [(mink.FrameTask(body, "body", position_cost=p, orientation_cost=r, lm_damping=1.0), pos, quat)
-         for body, pos, quat, p, r in ((g[0], g[1], g[2], *g[3 + k]) for g in goals)]
+         for body, pos, quat, p, r in ((g[0], g[1], g[2], *g[3 + k]) for g in objective)]
         for k in range(2)
     ]  # fmt: skip
     out = np.zeros((len(targets.pelvis_pos), robot.nq))
@@ -126,18 +126,18 @@ def frame_goals(robot: RobotModel, targets: Targets) -> list[tuple]:
     """(body, positions, orientations, (position, rotation) cost of pass 1, of pass 2)."""
     identity = np.tile([1.0, 0.0, 0.0, 0.0], (len(targets.pelvis_pos), 1))
     body = robot.profile.landmarks
-    goals = [
+    objective = [
         (body["pelvis"], targets.pelvis_pos, targets.pelvis_quat, (10.0, 10.0), (100.0, 5.0)),
         (body["torso"], targets.pelvis_pos, targets.torso_quat, (0.0, 10.0), (0.0, 10.0)),
     ]
     places = limb_places(robot, targets)
     for k, side in enumerate(FEET):
-        goals.append(
+        objective.append(
             (body[f"{side}_foot"], targets.feet.pos[:, k], targets.feet.quat[:, k], (10.0, 10.0), (50.0, 10.0))
         )
         for part in ("knee", "elbow", "wrist"):
-            goals.append((body[f"{side}_{part}"], places[f"{side}_{part}"], identity, (5.0, 0.0), (10.0, 0.0)))
-    return goals
+            objective.append((body[f"{side}_{part}"], places[f"{side}_{part}"], identity, (5.0, 0.0), (10.0, 0.0)))
+    return objective
 
 
 def limb_places(robot: RobotModel, targets: Targets) -> dict[str, ndarray]:

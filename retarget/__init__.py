@@ -1,6 +1,6 @@
 """Retargeting: a recorded clip and a robot in, a feasible reference and an honest report out."""
 
-from retarget.config import ContactConfig, Gates, GoalWeights, IkConfig, RetargetConfig, WholeClipConfig
+from retarget.config import ContactConfig, Gates, IkConfig, ObjectiveWeights, RetargetConfig, WholeClipConfig
 from retarget.dynamics import Dynamics, dynamics_of, flight_fit, hardest
 from retarget.errors import RetargetError
 from retarget.pipeline import Retargeted, retarget
@@ -14,10 +14,10 @@ __all__ = [
     "Dynamics",
     "FitConfig",
     "Gates",
-    "GoalWeights",
     "IkConfig",
     "KeyFrame",
     "Metric",
+    "ObjectiveWeights",
     "Report",
     "RetargetConfig",
     "RetargetError",

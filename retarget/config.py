@@ -73,7 +73,7 @@ class JumpConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class GoalWeights(_Checked):
+class ObjectiveWeights(_Checked):
     """How firmly each goal is held: per metre for positions and limb vectors, per radian for orientations."""
 
     pelvis_position: float = 10.0
@@ -240,7 +240,7 @@ class RetargetConfig(_Checked):
     contact: ContactConfig = field(default_factory=ContactConfig)
     feet: FeetConfig = field(default_factory=FeetConfig)
     jumps: JumpConfig = field(default_factory=JumpConfig)
-    weights: GoalWeights = field(default_factory=GoalWeights)
+    weights: ObjectiveWeights = field(default_factory=ObjectiveWeights)
     whole_clip: WholeClipConfig = field(default_factory=WholeClipConfig)
     ik: IkConfig = field(default_factory=IkConfig)
     gates: Gates = field(default_factory=Gates)

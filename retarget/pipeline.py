@@ -18,7 +18,7 @@ from retarget.dynamics import Dynamics, dynamics_of
 from retarget.errors import RetargetError
 from retarget.per_frame import follow, frame_solver
 from retarget.report import Report, measure
-from retarget.solver import make_goals, optimise, rough_poses
+from retarget.solver import make_objective, optimise, rough_poses
 from retarget.targets import (
     ContactEdit,
     Contacts,
@@ -128,14 +128,14 @@ def prepared(
     touches = edited(find_contacts(source, config.contact), contacts, config.fps)
     targets = thrown(make_targets(source, touches, robot, config), source, config.jumps)
     posture = _posture(recorded, robot, targets)
-    goals = make_goals(robot, targets, config.weights, posture[:, 7:], feet_config=config.feet)
+    objective = make_objective(robot, targets, config.weights, posture[:, 7:], feet_config=config.feet)
     return Prepared(
         source=source,
         contacts=touches,
         targets=targets,
         posture=posture,
         pins=pinned(keys, robot, source.frames, config.fps),
-        rough=rough_poses(robot, goals, posture, config.fps, config.whole_clip),
+        rough=rough_poses(robot, objective, posture, config.fps, config.whole_clip),
     )
 
 
@@ -173,9 +173,9 @@ def solved(
         return follow(solver, padded.targets, near, progress=lambda a, b: tell(config.solver, a, b))
     pinned_near = np.full_like(near, np.nan)
     pinned_near[padded.dance] = pins
-    goals = make_goals(robot, padded.targets, config.weights, near, pinned_near, config.feet)
+    objective = make_objective(robot, padded.targets, config.weights, near, pinned_near, config.feet)
     return optimise(
-        robot, goals, padded.qpos, config.fps, config.whole_clip, progress=lambda a, b: tell("optimise", a, b)
+        robot, objective, padded.qpos, config.fps, config.whole_clip, progress=lambda a, b: tell("optimise", a, b)
     )
 
 

@@ -185,10 +185,12 @@ def draw_targets(log: Log, result: Retargeted, start: int) -> None:
     r, robot = result.reference, result.robot
     at = {k: r.body_pos_w[r.dance, robot.landmark(k)] for k, _ in t.limbs}
     ends = [at[start] + vector for (start, _), vector in t.limbs.items()]
-    goals = np.stack([t.pelvis_pos, *ends, t.feet.pos[:, 0], t.feet.pos[:, 1]], axis=1).astype(np.float32)
-    index = timelines(np.arange(start, start + len(goals)), t.fps)
+    objective = np.stack([t.pelvis_pos, *ends, t.feet.pos[:, 0], t.feet.pos[:, 1]], axis=1).astype(np.float32)
+    index = timelines(np.arange(start, start + len(objective)), t.fps)
     log.log("world/targets", rr.Points3D.from_fields(radii=[0.022], colors=[_TARGET]), static=True)
-    columns = rr.Points3D.columns(positions=goals.reshape(-1, 3)).partition(np.full(len(goals), goals.shape[1]))
+    columns = rr.Points3D.columns(positions=objective.reshape(-1, 3)).partition(
+        np.full(len(objective), objective.shape[1])
+    )
     log.send_columns("world/targets", index, columns)
 
 

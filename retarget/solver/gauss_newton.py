@@ -13,9 +13,9 @@ from numpy import ndarray
 from retarget.config import Level, WholeClipConfig
 from retarget.solver.collision import WORLD, Clearance, Places, Proximity, low_soles, too_near
 from retarget.solver.joint_limits import joint_bounds, kept
-from retarget.solver.normal_equations import constrained_step, quadratic_model
-from retarget.solver.objective import Goals
-from retarget.solver.residuals import goal_rows
+from retarget.solver.normal_equations import constrained_step, normal_equations
+from retarget.solver.objective import Objective
+from retarget.solver.residuals import residual_rows
 from robot_models import Kinematics, RobotModel, integrate, kinematics
 from robot_models.maths import REACH, band_memory, widened
 
@@ -24,7 +24,7 @@ _HELD = 1e10  # damping that lets a frame not move
 
 def refine(
     robot: RobotModel,
-    goals: Goals,
+    objective: Objective,
     start: Float[ndarray, "T nq"],
     fps: float,
     level: Level,
@@ -34,7 +34,7 @@ def refine(
 
     Args:
         robot: the robot.
-        goals: what to reach, on the grid's frames.
+        objective: what to reach, on the grid's frames.
         start: where to begin.
         fps: frames per second of the grid.
         level: iterations and what to respect.
@@ -43,7 +43,7 @@ def refine(
     Raises:
         RetargetError: the problem has no finite solution.
     """
-    descent = _Descent(robot, goals, start, fps, level, config)
+    descent = _Descent(robot, objective, start, fps, level, config)
     margin = max(REACH, round(config.settle_margin_s * fps))
     for k in range(level.iterations + level.more_iterations):
         busy = np.ones(len(start), dtype=bool) if k < level.iterations else descent.unsettled(margin)
@@ -57,10 +57,10 @@ class _Descent:
     """The state of the iteration: configurations, trust and active limits of every frame."""
 
     def __init__(
-        self, robot: RobotModel, goals: Goals, start: ndarray, fps: float, level: Level, config: WholeClipConfig
+        self, robot: RobotModel, objective: Objective, start: ndarray, fps: float, level: Level, config: WholeClipConfig
     ) -> None:
         frames = len(start)
-        self._robot, self._goals, self._level, self._config = robot, goals, level, config
+        self._robot, self._objective, self._level, self._config = robot, objective, level, config
         limits = [config.travel_hz] * 2 + [config.height_hz] + [np.inf] * (robot.model.nv - 3)
         self._bandwidths = np.minimum(level.smooth_hz, limits) / fps
         self._bounds = joint_bounds(robot, frames, fps, config)
@@ -81,10 +81,10 @@ class _Descent:
 
     def _missed(self) -> ndarray:
         kin = kinematics(self._robot, self.qpos)
-        residual, _, body_rows = goal_rows(self._goals, kin)
+        residual, _, body_rows = residual_rows(self._objective, kin)
         missed = _squared(residual[:, body_rows:]) > self._config.feet_off
-        pinned = self._goals.posture_weight == self._goals.weights.pin
-        missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._goals.posture) > self._config.pin_off)).any(axis=1)
+        pinned = self._objective.posture_weight == self._objective.weights.pin
+        missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._objective.posture) > self._config.pin_off)).any(axis=1)
         if self._proximity is not None:
             places, wanted, _ = _near_places(self.qpos, kin, self._proximity, self._config)
             missed[places.frame[too_near(places.gap, wanted)]] = True
@@ -109,7 +109,7 @@ class _Descent:
         config = self._config
         # The frames beside a stretch take part in its problem, held; so held, they also part one stretch from the next.
         frames = np.flatnonzero(widened(moving, REACH))
-        goals = self._goals.at(frames)
+        objective = self._objective.at(frames)
         came, kin, residual, jacobian, body_rows = self._evaluated(frames)
         qpos = self.qpos[frames]
         damping = self._trust(frames, came)
@@ -119,7 +119,7 @@ class _Descent:
             places, wanted, spring = _near_places(qpos, kin, self._proximity, config)
             clearance = Clearance(places, kin, wanted, spring)
         held = np.where(moving[frames], damping, _HELD)
-        model = quadratic_model(goals, qpos, residual, jacobian, body_rows, held, self._bandwidths)
+        model = normal_equations(objective, qpos, residual, jacobian, body_rows, held, self._bandwidths)
         step = constrained_step(model, qpos[:, 7:], bounds, clearance, self._level.rounds, self._memory)
         wanted = np.abs(step).max(axis=1)
         step *= _share(wanted, config.largest_turn)[:, None]
@@ -134,8 +134,8 @@ class _Descent:
 
     def _evaluated(self, frames: ndarray) -> tuple[ndarray, Kinematics, ndarray, ndarray, int]:
         """What came of the last step, squared, and the goals' rows after failed frames were taken back."""
-        config, goals, kin = self._config, self._goals.at(frames), kinematics(self._robot, self.qpos[frames])
-        residual, jacobian, body_rows = goal_rows(goals, kin)
+        config, objective, kin = self._config, self._objective.at(frames), kinematics(self._robot, self.qpos[frames])
+        residual, jacobian, body_rows = residual_rows(objective, kin)
         came = _squared(residual)
         failed = widened(
             came
@@ -145,7 +145,7 @@ class _Descent:
         if failed.any():
             self.qpos[frames[failed]] = self._last[frames[failed]]
             kin = kinematics(self._robot, self.qpos[frames])
-            residual, jacobian, body_rows = goal_rows(goals, kin)
+            residual, jacobian, body_rows = residual_rows(objective, kin)
         return came, kin, residual, jacobian, body_rows
 
     def _trust(self, frames: ndarray, came: ndarray) -> ndarray:

@@ -14,13 +14,13 @@ from numpy import ndarray
 from retarget.errors import RetargetError
 from retarget.solver.collision import Clearance
 from retarget.solver.joint_limits import Bound
-from retarget.solver.objective import Goals
+from retarget.solver.objective import Objective
 from robot_models.maths import REACH, BandedSystem, Memory, spread_back
 from robot_models.maths import rotation as rot
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class QuadraticModel:
+class NormalEquations:
     """What a step would cost: one block per frame, and third differences between frames."""
 
     blocks: Float[ndarray, "T nv nv"]
@@ -28,19 +28,19 @@ class QuadraticModel:
     gradient: Float[ndarray, "T nv"]  # at no step
 
 
-def quadratic_model(
-    goals: Goals,
+def normal_equations(
+    objective: Objective,
     qpos: ndarray,
     residual: ndarray,
     jacobian: ndarray,
     body_rows: int,
     damping: ndarray,
     bandwidths: ndarray,
-) -> QuadraticModel:
+) -> NormalEquations:
     """The Gauss-Newton model about `qpos`: goals, posture, smoothness and damping.
 
     Args:
-        goals: with posture and its weights.
+        objective: with posture and its weights.
         qpos: configurations of the frames.
         residual: weighted rows of the goals.
         jacobian: their derivatives.
@@ -55,16 +55,16 @@ def quadratic_model(
     curvature = np.maximum(curvature, np.median(curvature[6:]))
     diagonal = np.einsum("tii->ti", blocks)  # a view
     diagonal += 1e-3 + damping[:, None] * curvature
-    diagonal[:, 6:] += goals.posture_weight**2
-    gradient[:, 6:] += goals.posture_weight**2 * (qpos[:, 7:] - goals.posture)
+    diagonal[:, 6:] += objective.posture_weight**2
+    gradient[:, 6:] += objective.posture_weight**2 * (qpos[:, 7:] - objective.posture)
     smoothness = (2.0 * np.sin(np.pi * bandwidths)) ** -6 * curvature
     if len(qpos) > REACH:
         gradient += spread_back(smoothness * _third_difference(qpos), REACH)
-    return QuadraticModel(blocks=blocks, smoothness=smoothness, gradient=gradient)
+    return NormalEquations(blocks=blocks, smoothness=smoothness, gradient=gradient)
 
 
 def constrained_step(
-    model: QuadraticModel,
+    model: NormalEquations,
     joints: ndarray,
     bounds: list[Bound],
     clearance: Clearance | None,

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import PIVOTING
-from retarget.config import FeetConfig, GoalWeights
+from retarget.config import FeetConfig, ObjectiveWeights
 from retarget.solver.free_joints import free_joints
 from retarget.targets import LIMBS, Targets, edge_share
 from robot_models import FEET, RobotModel
@@ -17,10 +17,10 @@ from robot_models.maths import rotation as rot
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Goals:
+class Objective:
     """Wanted poses on T frames, and the weights of those that change in time."""
 
-    weights: GoalWeights
+    weights: ObjectiveWeights
     pelvis_pos: Float[ndarray, "T 3"]
     pelvis_quat: Float[ndarray, "T 4"]
     torso_quat: Float[ndarray, "T 4"]
@@ -32,20 +32,20 @@ class Goals:
     roll_weight: Float[ndarray, "T 2"]
     posture_weight: Float[ndarray, "T J"]
 
-    def at(self, frames: Int[ndarray, "F"]) -> Goals:
+    def at(self, frames: Int[ndarray, "F"]) -> Objective:
         """The same goals on some of the frames."""
         picked = {f.name: getattr(self, f.name)[frames] for f in fields(self) if f.name != "weights"}
-        return Goals(weights=self.weights, **picked)
+        return Objective(weights=self.weights, **picked)
 
 
-def make_goals(
+def make_objective(
     robot: RobotModel,
     targets: Targets,
-    weights: GoalWeights,
+    weights: ObjectiveWeights,
     posture: Float[ndarray, "T J"],
     pins: Float[ndarray, "T J"] | None = None,
     feet_config: FeetConfig = FeetConfig(),
-) -> Goals:
+) -> Objective:
     """Weigh the targets.
 
     Args:
@@ -71,7 +71,7 @@ def make_goals(
     if pins is not None:
         pinned = np.isfinite(pins)
         posture, posture_weight = np.where(pinned, pins, posture), np.where(pinned, weights.pin, posture_weight)
-    return Goals(
+    return Objective(
         weights=weights,
         pelvis_pos=targets.pelvis_pos,
         pelvis_quat=targets.pelvis_quat,

@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from retarget.config import GoalWeights
-from retarget.solver.objective import Goals
+from retarget.config import ObjectiveWeights
+from retarget.solver.objective import Objective
 from retarget.targets import LIMBS
 from robot_models import Kinematics, RobotModel, forces
 from robot_models.maths import rotation as rot
@@ -22,16 +22,16 @@ _X = np.array([1.0, 0.0, 0.0])
 _COUPLES = np.eye(3, 6)  # wrenches of unit couples about the world's axes
 
 
-def goal_rows(goals: Goals, kin: Kinematics) -> tuple[Float[ndarray, "T R"], Float[ndarray, "T R nv"], int]:
+def residual_rows(objective: Objective, kin: Kinematics) -> tuple[Float[ndarray, "T R"], Float[ndarray, "T R nv"], int]:
     """Weighted errors, their derivatives, and how many rows are the body's: the feet's come after them."""
-    body = (_limbs(goals, kin), _pelvis(goals, kin), _trunk(goals, kin))
-    groups = (*body, *_feet(goals, kin))
+    body = (_limbs(objective, kin), _pelvis(objective, kin), _trunk(objective, kin))
+    groups = (*body, *_feet(objective, kin))
     frames = len(kin.pos)
     error = np.concatenate([(g.weight * g.error).reshape(frames, -1) for g in groups], axis=1)
     wrenches = np.concatenate([g.wrenches for g in groups], axis=1)
     jacobian = kin.derivatives(np.concatenate([g.rows_of for g in groups]), wrenches)
     # A limb is the way from one body to another: where it begins takes its part off again.
-    starts = _starts(goals, kin)
+    starts = _starts(objective, kin)
     jacobian[:, : len(starts.rows_of)] -= kin.derivatives(starts.rows_of, starts.wrenches)
     return error, jacobian, sum(len(g.rows_of) for g in body)
 
@@ -56,51 +56,51 @@ class _Group:
         return (self.weight[..., None] * self.along).reshape(len(self.error), -1, 6)
 
 
-def _limbs(goals: Goals, kin: Kinematics) -> _Group:
+def _limbs(objective: Objective, kin: Kinematics) -> _Group:
     starts, ends = (_landmarks(kin.robot, k) for k in (0, 1))
-    error = kin.pos[:, ends] - kin.pos[:, starts] - goals.limbs
-    return _Group(bodies=ends, error=error, along=forces(kin.pos[:, ends]), weight=_limb_weights(goals.weights))
+    error = kin.pos[:, ends] - kin.pos[:, starts] - objective.limbs
+    return _Group(bodies=ends, error=error, along=forces(kin.pos[:, ends]), weight=_limb_weights(objective.weights))
 
 
-def _starts(goals: Goals, kin: Kinematics) -> _Group:
+def _starts(objective: Objective, kin: Kinematics) -> _Group:
     starts = _landmarks(kin.robot, 0)
     pos = kin.pos[:, starts]
-    return _Group(bodies=starts, error=pos, along=forces(pos), weight=_limb_weights(goals.weights))
+    return _Group(bodies=starts, error=pos, along=forces(pos), weight=_limb_weights(objective.weights))
 
 
 def _landmarks(robot: RobotModel, end: int) -> Int[ndarray, "L"]:
     return np.array([robot.landmark(limb[end]) for limb in LIMBS])
 
 
-def _limb_weights(w: GoalWeights) -> Float[ndarray, "L 1"]:
+def _limb_weights(w: ObjectiveWeights) -> Float[ndarray, "L 1"]:
     return np.array([[w.leg if start.endswith(("hip", "knee")) else w.arm] for start, _ in LIMBS])
 
 
-def _pelvis(goals: Goals, kin: Kinematics) -> _Group:
+def _pelvis(objective: Objective, kin: Kinematics) -> _Group:
     pos = kin.pos[:, :1]
-    weight = np.array(goals.weights.pelvis_position)
-    return _Group(bodies=np.array([0]), error=pos - goals.pelvis_pos[:, None], along=forces(pos), weight=weight)
+    weight = np.array(objective.weights.pelvis_position)
+    return _Group(bodies=np.array([0]), error=pos - objective.pelvis_pos[:, None], along=forces(pos), weight=weight)
 
 
-def _trunk(goals: Goals, kin: Kinematics) -> _Group:
+def _trunk(objective: Objective, kin: Kinematics) -> _Group:
     bodies = np.array([0, kin.robot.landmark("torso")])
-    error = _turn(kin.quat[:, bodies], np.stack((goals.pelvis_quat, goals.torso_quat), axis=1))
-    weight = np.array([[goals.weights.pelvis_orientation], [goals.weights.torso_orientation]])
+    error = _turn(kin.quat[:, bodies], np.stack((objective.pelvis_quat, objective.torso_quat), axis=1))
+    weight = np.array([[objective.weights.pelvis_orientation], [objective.weights.torso_orientation]])
     return _Group(bodies=bodies, error=error, along=np.broadcast_to(_COUPLES, (*error.shape, 6)), weight=weight)
 
 
-def _feet(goals: Goals, kin: Kinematics) -> tuple[_Group, _Group]:
+def _feet(objective: Objective, kin: Kinematics) -> tuple[_Group, _Group]:
     """Heels and toes, and the roll about the line through them, which they leave free."""
     soles = kin.robot.soles.values()
     feet = np.array([kin.robot.body(sole.body) for sole in soles])
     of_edges = np.repeat(feet, 2)
     edges = np.array([edge for sole in soles for edge in (sole.heel, sole.toe)])
     points = kin.pos[:, of_edges] + rot.rotate(kin.quat[:, of_edges], edges)
-    line = rot.rotate(goals.foot_quat, np.broadcast_to(_X, (*goals.foot_quat.shape[:2], 3)))[:, :, None]
-    roll = (_turn(kin.quat[:, feet], goals.foot_quat)[:, :, None] * line).sum(axis=3)
+    line = rot.rotate(objective.foot_quat, np.broadcast_to(_X, (*objective.foot_quat.shape[:2], 3)))[:, :, None]
+    roll = (_turn(kin.quat[:, feet], objective.foot_quat)[:, :, None] * line).sum(axis=3)
     return (
-        _Group(bodies=of_edges, error=points - goals.edges, along=forces(points), weight=goals.edge_weight),
-        _Group(bodies=feet, error=roll, along=line @ _COUPLES, weight=goals.roll_weight[..., None]),
+        _Group(bodies=of_edges, error=points - objective.edges, along=forces(points), weight=objective.edge_weight),
+        _Group(bodies=feet, error=roll, along=line @ _COUPLES, weight=objective.roll_weight[..., None]),
     )
 
 

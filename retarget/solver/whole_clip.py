@@ -11,7 +11,7 @@ from numpy import ndarray
 
 from retarget.config import Level, WholeClipConfig
 from retarget.solver.gauss_newton import refine
-from retarget.solver.objective import Goals
+from retarget.solver.objective import Objective
 from retarget.targets import smoothstep
 from robot_models import RobotModel
 from robot_models.maths import rotation as rot
@@ -20,16 +20,16 @@ Progress = Callable[[int, int], None]  # steps done, steps in all
 
 
 def rough_poses(
-    robot: RobotModel, goals: Goals, start: Float[ndarray, "T nq"], fps: float, config: WholeClipConfig
+    robot: RobotModel, objective: Objective, start: Float[ndarray, "T nq"], fps: float, config: WholeClipConfig
 ) -> Float[ndarray, "T nq"]:
     """A first guess on a coarse grid, from a start that may be far away."""
     far = replace(config, damping=config.rough_damping, largest_turn=config.rough_turn)
-    return _on_grids(robot, goals, start, fps, (config.rough,), far, None)
+    return _on_grids(robot, objective, start, fps, (config.rough,), far, None)
 
 
 def optimise(
     robot: RobotModel,
-    goals: Goals,
+    objective: Objective,
     start: Float[ndarray, "T nq"],
     fps: float,
     config: WholeClipConfig,
@@ -37,12 +37,12 @@ def optimise(
     progress: Progress | None = None,
 ) -> Float[ndarray, "T nq"]:
     """Bring a rough motion to its goals, within all limits."""
-    return _on_grids(robot, goals, start, fps, config.fine, config, progress)
+    return _on_grids(robot, objective, start, fps, config.fine, config, progress)
 
 
 def _on_grids(
     robot: RobotModel,
-    goals: Goals,
+    objective: Objective,
     start: ndarray,
     fps: float,
     levels: tuple[Level, ...],
@@ -52,7 +52,7 @@ def _on_grids(
     windows = list(_windows(len(start), fps, config))
     out = np.array(start)
     for done, window in enumerate(windows):
-        part, inside = np.array(start[window]), goals.at(np.arange(window.start, window.stop))
+        part, inside = np.array(start[window]), objective.at(np.arange(window.start, window.stop))
         for k, level in enumerate(levels):
             grid = _grid(len(part), max(1, round(level.step_s * fps)))
             stride = grid[1] if len(grid) > 1 else 1

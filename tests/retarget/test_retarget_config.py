@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from retarget import ContactConfig, Gates, GoalWeights, IkConfig, RetargetConfig, RetargetError, WholeClipConfig
+from retarget import ContactConfig, Gates, IkConfig, ObjectiveWeights, RetargetConfig, RetargetError, WholeClipConfig
 from retarget.config import DynamicsConfig, FeetConfig, JumpConfig, SequenceConfig
 
 FLOATS = [f.name for f in dataclasses.fields(RetargetConfig) if isinstance(getattr(RetargetConfig(), f.name), float)]
@@ -35,7 +35,7 @@ def test_whole_numbers_that_cannot_be_are_refused_as_well(name):
         RetargetConfig(**{name: -3})
 
 
-@pytest.mark.parametrize("kind", [ContactConfig, GoalWeights, WholeClipConfig, IkConfig, Gates, RetargetConfig])
+@pytest.mark.parametrize("kind", [ContactConfig, ObjectiveWeights, WholeClipConfig, IkConfig, Gates, RetargetConfig])
 def test_settings_cannot_be_changed_once_made(kind):
     config = kind()
     for f in dataclasses.fields(config):
@@ -49,7 +49,7 @@ def test_the_loose_thresholds_of_touching_are_no_tighter_than_the_tight_ones():
 
 
 def test_what_touches_is_held_more_firmly_than_what_turns_on_purpose_and_that_than_what_swings():
-    w = GoalWeights()
+    w = ObjectiveWeights()
     assert w.planted > w.pivot > w.swing and w.planted_roll > w.swing_roll
     assert w.pin > max(w.free_joint, w.posture)  # a key frame is a statement, a posture a wish
 

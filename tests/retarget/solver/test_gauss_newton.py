@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from own_motion import own_targets
 
-from retarget import GoalWeights, WholeClipConfig
+from retarget import ObjectiveWeights, WholeClipConfig
 from retarget.config import Level
 from retarget.solver.gauss_newton import _share, refine
-from retarget.solver.objective import make_goals
-from retarget.solver.residuals import goal_rows
+from retarget.solver.objective import make_objective
+from retarget.solver.residuals import residual_rows
 from robot_models.jacobians import integrate, kinematics
 from robot_models.maths import rotation as rot
 
@@ -27,8 +27,8 @@ def steps(dancer):
     phase = 0.15 * np.arange(12)[:, None] + np.arange(dancer.nq - 7)
     sway[:, 7:] += 0.2 * np.sin(phase) + np.array([0.3 * ("knee" in n) for n in dancer.joint_names])
     targets = own_targets(dancer, sway)
-    goals = make_goals(dancer, targets, GoalWeights(posture=1.0, free_joint=1.0), posture)
-    return goals, np.concatenate((targets.pelvis_pos, targets.pelvis_quat, posture), axis=1)
+    objective = make_objective(dancer, targets, ObjectiveWeights(posture=1.0, free_joint=1.0), posture)
+    return objective, np.concatenate((targets.pelvis_pos, targets.pelvis_quat, posture), axis=1)
 
 
 @pytest.fixture(scope="module")
@@ -43,18 +43,18 @@ def apart(a, b):
 
 
 def test_errors_of_the_goals_fall(dancer, steps, settled):
-    goals, start = steps
-    before, after = (np.square(goal_rows(goals, kinematics(dancer, q))[0]).sum() for q in (start, settled))
+    objective, start = steps
+    before, after = (np.square(residual_rows(objective, kinematics(dancer, q))[0]).sum() for q in (start, settled))
     assert after < 0.1 * before
 
 
 def test_from_another_start_it_comes_to_the_same_motion_faster_and_faster(dancer, steps, rng):
-    goals, start = steps
+    objective, start = steps
     other = integrate(start, np.broadcast_to(0.1 * rng.normal(size=dancer.model.nv), (12, dancer.model.nv)))
     gaps = [apart(start, other)]
     for count in (3, 6, 12):
         level = dataclasses.replace(FREE, iterations=count)
-        gaps.append(apart(*(refine(dancer, goals, q, FPS, level, CONFIG) for q in (start, other))))
+        gaps.append(apart(*(refine(dancer, objective, q, FPS, level, CONFIG) for q in (start, other))))
     assert gaps[0] > 0.15
     shrunk = [later / sooner for sooner, later in pairwise(gaps)]
     assert shrunk[0] < 0.1 and shrunk[1] < 0.1 * shrunk[0]  # goals that can be reached: better than linear
@@ -62,13 +62,13 @@ def test_from_another_start_it_comes_to_the_same_motion_faster_and_faster(dancer
 
 
 def test_where_it_has_settled_it_stays(dancer, steps, settled):
-    goals, _ = steps
-    again = refine(dancer, goals, settled, FPS, dataclasses.replace(FREE, iterations=2), CONFIG)
+    objective, _ = steps
+    again = refine(dancer, objective, settled, FPS, dataclasses.replace(FREE, iterations=2), CONFIG)
     assert apart(again, settled) < 1e-7  # what an arccosine leaves of rounding
 
 
 def test_goals_turned_and_shifted_are_followed_by_the_motion_turned_and_shifted(dancer, steps, settled):
-    goals, start = steps
+    objective, start = steps
     turn, shift = rot.from_yaw(np.array(1.9)), np.array([4.0, -2.0, 0.0])
 
     def placed(q):
@@ -77,9 +77,9 @@ def test_goals_turned_and_shifted_are_followed_by_the_motion_turned_and_shifted(
         )
 
     moved = dataclasses.replace(
-        goals, pelvis_pos=rot.rotate(turn, goals.pelvis_pos) + shift, edges=rot.rotate(turn, goals.edges) + shift,
-        limbs=rot.rotate(turn, goals.limbs),
-        **{k: rot.multiply(turn, getattr(goals, k)) for k in ("pelvis_quat", "torso_quat", "foot_quat")},
+        objective, pelvis_pos=rot.rotate(turn, objective.pelvis_pos) + shift, edges=rot.rotate(turn, objective.edges) + shift,
+        limbs=rot.rotate(turn, objective.limbs),
+        **{k: rot.multiply(turn, getattr(objective, k)) for k in ("pelvis_quat", "torso_quat", "foot_quat")},
     )  # fmt: skip
     there = refine(dancer, moved, placed(start), FPS, FREE, CONFIG)
     # Smoothness weighs each axis of the world by its own curvature, which turning mixes; no joint feels it by more.
@@ -87,10 +87,10 @@ def test_goals_turned_and_shifted_are_followed_by_the_motion_turned_and_shifted(
 
 
 def test_limits_hold_on_the_way_from_a_start_that_breaks_them(dancer, steps):
-    goals, start = steps
+    objective, start = steps
     wild = start.copy()
     wild[4:7, 7:] += 1.5
-    out = refine(dancer, goals, wild, FPS, dataclasses.replace(FREE, iterations=4), CONFIG)
+    out = refine(dancer, objective, wild, FPS, dataclasses.replace(FREE, iterations=4), CONFIG)
     low, high = dancer.ranges(0.0)
     assert (out[:, 7:] >= low).all() and (out[:, 7:] <= high).all()
     assert (np.abs(np.diff(out[:, 7:], axis=0)) * FPS <= dancer.velocity).all()
@@ -101,10 +101,10 @@ def test_limits_hold_on_the_way_from_a_start_that_breaks_them(dancer, steps):
 def test_soles_are_kept_out_of_the_floor_where_clearance_is_asked_for(dancer, steps):
     from robot_models import forward_kinematics, sole_corners
 
-    goals, start = steps
+    objective, start = steps
     sunk = dataclasses.replace(
-        goals, edges=goals.edges - [0.0, 0.0, 0.03], pelvis_pos=goals.pelvis_pos - [0.0, 0.0, 0.03],
-        edge_weight=0.1 * goals.edge_weight,
+        objective, edges=objective.edges - [0.0, 0.0, 0.03], pelvis_pos=objective.pelvis_pos - [0.0, 0.0, 0.03],
+        edge_weight=0.1 * objective.edge_weight,
     )  # fmt: skip
     low = [
         sole_corners(dancer, *forward_kinematics(dancer, refine(dancer, sunk, start, FPS, level, CONFIG)))[..., 2].min()
@@ -116,9 +116,9 @@ def test_soles_are_kept_out_of_the_floor_where_clearance_is_asked_for(dancer, st
 
 def test_frames_that_rest_do_not_move_while_others_are_solved(dancer, steps, settled):
     """More iterations touch the frames that are off, and those around them, alone."""
-    goals, start = steps
+    objective, start = steps
     level = Level(step_s=0.0, iterations=0, more_iterations=3, smooth_hz=3.0, clearance=False)
-    still = goals.at(np.zeros(60, dtype=int))
+    still = objective.at(np.zeros(60, dtype=int))
     calm = refine(dancer, still, np.repeat(start[:1], 60, axis=0), FPS, FREE, CONFIG)
     config = dataclasses.replace(CONFIG, settled=0.05)
     np.testing.assert_array_equal(refine(dancer, still, calm, FPS, level, config), calm)  # nothing is off

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from derivatives import random_poses
 
-from retarget import GoalWeights, RetargetError
+from retarget import ObjectiveWeights, RetargetError
 from retarget.solver.joint_limits import Bound
-from retarget.solver.normal_equations import QuadraticModel, constrained_step, quadratic_model
-from retarget.solver.objective import Goals
+from retarget.solver.normal_equations import NormalEquations, constrained_step, normal_equations
+from retarget.solver.objective import Objective
 from robot_models.jacobians import integrate
 from robot_models.maths import rotation as rot
 from robot_models.maths.banded import REACH, band_memory, spread_back
@@ -19,8 +19,8 @@ FPS = 50.0
 def goals_with(posture, weight):
     """Goals of which the quadratic model needs the posture alone."""
     frames = len(posture)
-    return Goals(
-        weights=GoalWeights(),
+    return Objective(
+        weights=ObjectiveWeights(),
         pelvis_pos=np.zeros((frames, 3)), pelvis_quat=np.zeros((frames, 4)), torso_quat=np.zeros((frames, 4)),
         limbs=np.zeros((frames, 8, 3)), edges=np.zeros((frames, 4, 3)), foot_quat=np.zeros((frames, 2, 4)),
         posture=posture, edge_weight=np.zeros((frames, 4, 3)), roll_weight=np.zeros((frames, 2)),
@@ -37,7 +37,7 @@ def model_and_cost(dancer, rng):
     residual, jacobian = rng.normal(size=(frames, 50)), rng.normal(size=(frames, 50, nv))
     weight = rng.uniform(0.1, 1.0, (frames, nv - 6))
     posture, bandwidths = rng.normal(size=(frames, nv - 6)), rng.uniform(0.1, 0.2, nv)
-    model = quadratic_model(goals_with(posture, weight), qpos, residual, jacobian, 33, np.zeros(frames), bandwidths)
+    model = normal_equations(goals_with(posture, weight), qpos, residual, jacobian, 33, np.zeros(frames), bandwidths)
 
     def cost(step):
         new = integrate(qpos, step)
@@ -81,7 +81,7 @@ def test_damping_adds_to_the_curvature_and_nothing_else(dancer, rng):
     posture = np.zeros((frames, nv - 6))
     args = random_poses(dancer, rng, frames), rng.normal(size=(frames, 40)), rng.normal(size=(frames, 40, nv)), 33
     free, damped = (
-        quadratic_model(goals_with(posture, posture), *args, np.full(frames, d), np.full(nv, 0.1)) for d in (0.0, 0.5)
+        normal_equations(goals_with(posture, posture), *args, np.full(frames, d), np.full(nv, 0.1)) for d in (0.0, 0.5)
     )
     np.testing.assert_array_equal(free.gradient, damped.gradient)
     np.testing.assert_array_equal(free.smoothness, damped.smoothness)
@@ -96,7 +96,7 @@ def test_from_rest_a_step_towards_data_is_the_smoother_of_that_bandwidth(dancer,
     data = np.cumsum(rng.normal(size=(frames, nv)), axis=0)
     jacobian = np.broadcast_to(30.0 * np.eye(nv), (frames, nv, nv)).copy()
     qpos, nothing = np.tile(dancer.zero_qpos, (frames, 1)), np.zeros((frames, nv - 6))
-    model = quadratic_model(
+    model = normal_equations(
         goals_with(nothing, nothing), qpos, -30.0 * data, jacobian, nv, np.zeros(frames), np.full(nv, hz / FPS)
     )
     step = constrained_step(model, qpos[:, 7:], [], None, 1, band_memory(frames, nv))
@@ -108,7 +108,7 @@ def test_from_rest_a_step_towards_data_is_the_smoother_of_that_bandwidth(dancer,
 def small_model(rng, frames=12, nv=8):
     root = rng.normal(size=(frames, nv, nv))
     blocks = root @ root.swapaxes(1, 2) + np.eye(nv)
-    return QuadraticModel(
+    return NormalEquations(
         blocks=blocks, smoothness=rng.uniform(0.5, 2.0, nv), gradient=5.0 * rng.normal(size=(frames, nv))
     )
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from derivatives import TOLERANCE, assert_derivatives, central, random_poses, spoiled
 
-from retarget import GoalWeights
+from retarget import ObjectiveWeights
 from retarget.solver.free_joints import free_joints
-from retarget.solver.objective import Goals
-from retarget.solver.residuals import goal_rows
+from retarget.solver.objective import Objective
+from retarget.solver.residuals import residual_rows
 from retarget.targets.targets import LIMBS
 from robot_models import load_robot
 from robot_models.jacobians import integrate, kinematics
 from robot_models.maths import rotation as rot
 
 # Weights of about one, so that the tolerance means metres and radians; no two alike, so that none can stand for another.
-WEIGHTS = GoalWeights(pelvis_position=0.7, pelvis_orientation=1.3, torso_orientation=0.9, leg=1.1, arm=0.8)
+WEIGHTS = ObjectiveWeights(pelvis_position=0.7, pelvis_orientation=1.3, torso_orientation=0.9, leg=1.1, arm=0.8)
 GROUPS = {
     "limbs": slice(0, 24),
     "pelvis position": slice(24, 27),
@@ -44,7 +44,7 @@ def goals_about(robot, qpos, rng, *, apart, turned):
     def missed(*shape):
         return apart * rng.normal(size=(count, *shape))
 
-    return Goals(
+    return Objective(
         weights=WEIGHTS,
         pelvis_pos=kin.pos[:, 0] + missed(3),
         pelvis_quat=wanted[:, 0],
@@ -59,10 +59,10 @@ def goals_about(robot, qpos, rng, *, apart, turned):
     )
 
 
-def both(robot, goals, qpos, **step):
+def both(robot, objective, qpos, **step):
     """The Jacobian of the goals, and the finite differences of their residuals."""
-    _, jacobian, _ = goal_rows(goals, kinematics(robot, qpos))
-    return jacobian, central(lambda poses, q: goal_rows(goals.at(poses), kinematics(robot, q))[0], qpos, **step)
+    _, jacobian, _ = residual_rows(objective, kinematics(robot, qpos))
+    return jacobian, central(lambda poses, q: residual_rows(objective.at(poses), kinematics(robot, q))[0], qpos, **step)
 
 
 def left_jacobian_inverse(e):
@@ -100,17 +100,17 @@ def test_a_column_of_the_wrong_sign_or_a_tenth_too_large_would_be_seen(robot, rn
 
 def test_rows_of_positions_are_derivatives_however_far_everything_is_turned(robot, rng):
     qpos = random_poses(robot, rng)
-    goals = goals_about(robot, qpos, rng, apart=3.0, turned=axis_errors(rng, 2.5))
-    jacobian, slopes = both(robot, goals, qpos)
+    objective = goals_about(robot, qpos, rng, apart=3.0, turned=axis_errors(rng, 2.5))
+    jacobian, slopes = both(robot, objective, qpos)
     assert_derivatives(jacobian[:, POSITIONS], slopes[:, POSITIONS])
 
 
 def test_what_differences_and_rows_differ_by_falls_with_the_square_of_the_step(robot, rng):
     qpos = random_poses(robot, rng, 1)
-    goals = goals_about(robot, qpos, rng, apart=1.0, turned=np.zeros(3))
+    objective = goals_about(robot, qpos, rng, apart=1.0, turned=np.zeros(3))
     off = []
     for step in (0.02, 0.01):
-        jacobian, slopes = both(robot, goals, qpos, step=step)
+        jacobian, slopes = both(robot, objective, qpos, step=step)
         off.append(np.linalg.norm((jacobian - slopes)[:, POSITIONS]))
     # The next term of the series is 1e-4 of this one. A row that were slightly wrong would leave a ratio of 1.
     assert off[0] / off[1] == pytest.approx(4.0, rel=1e-3)
@@ -120,8 +120,8 @@ def test_what_differences_and_rows_differ_by_falls_with_the_square_of_the_step(r
 def test_rows_of_orientations_are_off_by_the_bending_of_the_log_and_nothing_else(robot, angle, rng):
     """A turn d in front of the error e gives log(exp(d) exp(e)) = e + J(e) d; the rows take J as one."""
     qpos, turned = random_poses(robot, rng), axis_errors(rng, angle)
-    goals = goals_about(robot, qpos, rng, apart=1.0, turned=turned)
-    jacobian, slopes = both(robot, goals, qpos)
+    objective = goals_about(robot, qpos, rng, apart=1.0, turned=turned)
+    jacobian, slopes = both(robot, objective, qpos)
     for k, name in enumerate(("pelvis orientation", "torso orientation")):
         for pose, e in enumerate(turned[:, k]):
             bent = left_jacobian_inverse(e) @ jacobian[pose, GROUPS[name]]
@@ -134,8 +134,8 @@ def test_what_rows_of_orientations_leave_out_grows_no_faster_than_the_angle(robo
     qpos, direction = random_poses(robot, rng), axis_errors(rng, 1.0)
     share = []
     for angle in (1e-3, 1e-2, 0.1, 0.5, 1.0, 2.0, 3.0):
-        goals = goals_about(robot, qpos, rng, apart=1.0, turned=angle * direction)
-        jacobian, slopes = both(robot, goals, qpos)
+        objective = goals_about(robot, qpos, rng, apart=1.0, turned=angle * direction)
+        jacobian, slopes = both(robot, objective, qpos)
         turns = (GROUPS["pelvis orientation"], GROUPS["torso orientation"])
         # The root's own turns are unit columns: there the norm of what is left out is that of J(e) - 1.
         share.append([np.linalg.norm((slopes - jacobian)[:, r, 3:6], 2, axis=(1, 2)) / angle for r in turns])
@@ -148,13 +148,13 @@ def test_what_rows_of_orientations_leave_out_grows_no_faster_than_the_angle(robo
 def test_the_gradient_of_squared_orientation_errors_is_exact_at_any_angle(robot, rng):
     """e is its own image under J(e) transposed: steps bend, but they lead downhill."""
     qpos = random_poses(robot, rng)
-    goals = goals_about(robot, qpos, rng, apart=0.3, turned=axis_errors(rng, 2.5))
-    goals = dataclasses.replace(goals, roll_weight=np.zeros((3, 2)))  # a part of e only; tested below
+    objective = goals_about(robot, qpos, rng, apart=0.3, turned=axis_errors(rng, 2.5))
+    objective = dataclasses.replace(objective, roll_weight=np.zeros((3, 2)))  # a part of e only; tested below
 
     def energy(poses, q):
-        return 0.5 * np.square(goal_rows(goals.at(poses), kinematics(robot, q))[0]).sum(axis=1)
+        return 0.5 * np.square(residual_rows(objective.at(poses), kinematics(robot, q))[0]).sum(axis=1)
 
-    residual, jacobian, _ = goal_rows(goals, kinematics(robot, qpos))
+    residual, jacobian, _ = residual_rows(objective, kinematics(robot, qpos))
     # Energies are about 10, so rounding is ten times a residual's.
     assert_derivatives((residual[:, None] @ jacobian)[:, 0], central(energy, qpos), 10.0 * TOLERANCE)
 
@@ -166,10 +166,10 @@ def test_the_row_of_a_foots_roll_is_exact_where_the_foot_is_off_in_roll_alone(ro
     feet = [robot.body(sole.body) for sole in robot.soles.values()]
     length = rot.rotate(kin.quat[:, feet], np.broadcast_to([1.0, 0.0, 0.0], (3, 2, 3)))
     turned = np.concatenate((np.zeros((3, 2, 3)), angle * length), axis=1)
-    goals = goals_about(robot, qpos, rng, apart=1.0, turned=turned)
-    residual, _, _ = goal_rows(goals, kin)
-    np.testing.assert_allclose(residual[:, GROUPS["roll"]], angle * goals.roll_weight, atol=1e-12)
-    jacobian, slopes = both(robot, goals, qpos)
+    objective = goals_about(robot, qpos, rng, apart=1.0, turned=turned)
+    residual, _, _ = residual_rows(objective, kin)
+    np.testing.assert_allclose(residual[:, GROUPS["roll"]], angle * objective.roll_weight, atol=1e-12)
+    jacobian, slopes = both(robot, objective, qpos)
     assert_derivatives(jacobian[:, GROUPS["roll"]], slopes[:, GROUPS["roll"]])
 
 
@@ -177,7 +177,7 @@ def test_the_row_of_a_foots_roll_is_exact_where_the_foot_is_off_in_roll_alone(ro
 def test_heels_and_toes_hold_a_foots_pitch_and_yaw_and_the_row_of_roll_holds_roll_alone(robot, axis, rng):
     qpos = random_poses(robot, rng, 1)
     kin, foot = kinematics(robot, qpos), robot.body(robot.soles["left"].body)
-    _, jacobian, _ = goal_rows(goals_about(robot, qpos, rng, apart=0.0, turned=np.zeros(3)), kin)
+    _, jacobian, _ = residual_rows(goals_about(robot, qpos, rng, apart=0.0, turned=np.zeros(3)), kin)
     frame, arm = rot.to_matrix(kin.quat[0, foot]), kin.pos[0, 0] - kin.pos[0, foot]
 
     def seen(rows, axis):
@@ -201,14 +201,14 @@ def test_heels_and_toes_hold_a_foots_pitch_and_yaw_and_the_row_of_roll_holds_rol
 )  # fmt: skip
 def test_a_weight_scales_the_rows_of_its_goal_and_their_derivatives_and_no_others(dancer, weight, group, rng):
     qpos = random_poses(dancer, rng, 1)
-    goals = goals_about(dancer, qpos, rng, apart=1.0, turned=np.ones(3))
-    if hasattr(goals, weight):
-        heavier = dataclasses.replace(goals, **{weight: 3.0 * getattr(goals, weight)})
+    objective = goals_about(dancer, qpos, rng, apart=1.0, turned=np.ones(3))
+    if hasattr(objective, weight):
+        heavier = dataclasses.replace(objective, **{weight: 3.0 * getattr(objective, weight)})
     else:
         heavier = dataclasses.replace(
-            goals, weights=dataclasses.replace(WEIGHTS, **{weight: 3.0 * getattr(WEIGHTS, weight)})
+            objective, weights=dataclasses.replace(WEIGHTS, **{weight: 3.0 * getattr(WEIGHTS, weight)})
         )
-    (error, rows, _), (error_3, rows_3, _) = (goal_rows(g, kinematics(dancer, qpos)) for g in (goals, heavier))
+    (error, rows, _), (error_3, rows_3, _) = (residual_rows(g, kinematics(dancer, qpos)) for g in (objective, heavier))
     ratio = error_3[0] / error[0]
     np.testing.assert_allclose(rows_3[0], ratio[:, None] * rows[0], atol=1e-12)
     changed = np.abs(ratio - 1.0) > 1e-9
@@ -221,22 +221,22 @@ def test_a_weight_scales_the_rows_of_its_goal_and_their_derivatives_and_no_other
 
 def test_squared_errors_and_what_the_joints_feel_do_not_change_when_everything_is_turned_and_shifted(robot, rng):
     qpos = random_poses(robot, rng)
-    goals = goals_about(robot, qpos, rng, apart=1.0, turned=axis_errors(rng, 1.0))
+    objective = goals_about(robot, qpos, rng, apart=1.0, turned=axis_errors(rng, 1.0))
     # The floor's two directions weigh alike in use; the random weights here would not.
-    goals = dataclasses.replace(goals, edge_weight=np.repeat(goals.edge_weight[..., :1], 3, axis=2))
+    objective = dataclasses.replace(objective, edge_weight=np.repeat(objective.edge_weight[..., :1], 3, axis=2))
     turn, shift = rot.from_yaw(np.array(2.1)), np.array([3.0, -1.0, 0.4])
     pose = np.concatenate(
         (rot.rotate(turn, qpos[:, :3]) + shift, rot.multiply(turn[None], qpos[:, 3:7]), qpos[:, 7:]), axis=1
     )
     moved = dataclasses.replace(
-        goals,
-        pelvis_pos=rot.rotate(turn, goals.pelvis_pos) + shift,
-        edges=rot.rotate(turn, goals.edges) + shift,
-        limbs=rot.rotate(turn, goals.limbs),
-        **{k: rot.multiply(turn, getattr(goals, k)) for k in ("pelvis_quat", "torso_quat", "foot_quat")},
+        objective,
+        pelvis_pos=rot.rotate(turn, objective.pelvis_pos) + shift,
+        edges=rot.rotate(turn, objective.edges) + shift,
+        limbs=rot.rotate(turn, objective.limbs),
+        **{k: rot.multiply(turn, getattr(objective, k)) for k in ("pelvis_quat", "torso_quat", "foot_quat")},
     )
-    error, rows, _ = goal_rows(goals, kinematics(robot, qpos))
-    error_2, rows_2, _ = goal_rows(moved, kinematics(robot, pose))
+    error, rows, _ = residual_rows(objective, kinematics(robot, qpos))
+    error_2, rows_2, _ = residual_rows(moved, kinematics(robot, pose))
     assert np.abs(error - error_2).max() > 0.1  # the rows themselves are the world's
     np.testing.assert_allclose(np.square(error).sum(axis=1), np.square(error_2).sum(axis=1), rtol=1e-10)
     np.testing.assert_allclose((error[:, None] @ rows)[..., 6:], (error_2[:, None] @ rows_2)[..., 6:], atol=1e-10)
@@ -251,12 +251,12 @@ def test_gauss_newton_from_a_random_start_comes_to_goals_that_can_be_reached(dan
         own,
         limbs=np.stack([kin.pos[:, dancer.landmark(b)] - kin.pos[:, dancer.landmark(a)] for a, b in LIMBS], axis=1),
     )
-    edges = goal_rows(own, kin)[0][:, GROUPS["edges"]].reshape(1, 4, 3) / own.edge_weight
+    edges = residual_rows(own, kin)[0][:, GROUPS["edges"]].reshape(1, 4, 3) / own.edge_weight
     own = dataclasses.replace(own, edges=own.edges + edges)
     near = integrate(qpos, 0.1 * rng.normal(size=(1, dancer.model.nv)))
     left = []
     for _ in range(6):
-        error, rows, _ = goal_rows(own, kinematics(dancer, near))
+        error, rows, _ = residual_rows(own, kinematics(dancer, near))
         left.append(np.linalg.norm(error))
         near = integrate(near, -np.linalg.lstsq(rows[0], error[0], rcond=1e-9)[0][None])
     assert left[0] > 0.1 and left[-1] < 1e-10

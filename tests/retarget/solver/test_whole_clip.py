@@ -7,11 +7,11 @@ import pytest
 from conftest import SAMPLES
 
 from clips import cut, read_clip
-from retarget import GoalWeights, RetargetConfig, WholeClipConfig, retarget
+from retarget import ObjectiveWeights, RetargetConfig, WholeClipConfig, retarget
 from retarget.solver.collision import Clearance, Proximity, low_soles
 from retarget.solver.joint_limits import joint_bounds, kept
-from retarget.solver.objective import make_goals
-from retarget.solver.residuals import goal_rows
+from retarget.solver.objective import make_objective
+from retarget.solver.residuals import residual_rows
 from robot_models.jacobians import integrate, kinematics
 from robot_models.maths.banded import BandedSystem, band_memory, spread_back, widened
 
@@ -73,14 +73,14 @@ def test_a_wild_motion_is_brought_inside_all_limits_and_left_alone_elsewhere(dan
 
 def test_goal_rows_are_derivatives_of_the_residuals(groove, dancer):
     picked = groove.targets.at(np.arange(40, 44))
-    goals = make_goals(dancer, picked, GoalWeights(), np.zeros((4, len(dancer.joint_names))))
+    objective = make_objective(dancer, picked, ObjectiveWeights(), np.zeros((4, len(dancer.joint_names))))
     qpos = groove.reference.qpos[groove.reference.dance][40:44]
-    _, jacobian, body_rows = goal_rows(goals, kinematics(dancer, qpos))
+    _, jacobian, body_rows = residual_rows(objective, kinematics(dancer, qpos))
     assert body_rows == 9 + 24 and jacobian.shape[1] == body_rows + 14
     for axis in (0, 2, 4, 7, 15, 25):
         small = np.zeros((4, dancer.model.nv))
         small[:, axis] = 1e-6
-        plus, minus = (goal_rows(goals, kinematics(dancer, integrate(qpos, s)))[0] for s in (small, -small))
+        plus, minus = (residual_rows(objective, kinematics(dancer, integrate(qpos, s)))[0] for s in (small, -small))
         # Gauss-Newton takes the log's derivative as one: exact at zero error, near enough at the errors left here.
         np.testing.assert_allclose((plus - minus) / 2e-6, jacobian[:, :, axis], atol=0.1)
 
