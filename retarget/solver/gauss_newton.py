@@ -12,7 +12,7 @@ from numpy import ndarray
 
 from retarget.config import Level, WholeClipConfig
 from retarget.solver.collision import WORLD, Clearance, Places, Proximity, low_soles, too_near
-from retarget.solver.joint_limits import joint_bounds, kept
+from retarget.solver.joint_limits import joint_limits, project
 from retarget.solver.normal_equations import constrained_step, normal_equations
 from retarget.solver.objective import Objective
 from retarget.solver.residuals import residual_rows
@@ -50,7 +50,7 @@ def refine(
         if not busy.any():
             break
         descent.iterate(busy)
-    return descent.kept(margin)
+    return descent.result(margin)
 
 
 class _Descent:
@@ -63,9 +63,9 @@ class _Descent:
         self._robot, self._objective, self._level, self._config = robot, objective, level, config
         limits = [config.travel_hz] * 2 + [config.height_hz] + [np.inf] * (robot.model.nv - 3)
         self._bandwidths = np.minimum(level.smooth_hz, limits) / fps
-        self._bounds = joint_bounds(robot, frames, fps, config)
-        for bound in self._bounds:
-            bound.update(start[:, 7:])  # what the start breaks is held from the first step on
+        self._limits = joint_limits(robot, frames, fps, config)
+        for limit in self._limits:
+            limit.update(start[:, 7:])  # what the start breaks is held from the first step on
         self._proximity = Proximity(robot, config.watched_gap) if level.clearance else None
         self._damping = np.full(frames, config.damping)
         self._before, self._promised = np.full(frames, np.inf), np.full(frames, np.inf)  # squared residuals
@@ -93,15 +93,15 @@ class _Descent:
     def _beyond(self) -> ndarray:
         """Frames beyond a joint limit."""
         joints = self.qpos[:, 7:]
-        return np.any([bound.touched(bound.excess(joints)) for bound in self._bounds], axis=0)
+        return np.any([limit.touched(limit.violation(joints)) for limit in self._limits], axis=0)
 
-    def kept(self, margin: int) -> Float[ndarray, "T nq"]:
+    def result(self, margin: int) -> Float[ndarray, "T nq"]:
         """The result without steps that failed, moved into the joint limits where it still leaves them."""
         moved = np.flatnonzero(self.wanted > self._config.settled)
         if len(moved):
             self._evaluated(moved)
         return np.concatenate(
-            (self.qpos[:, :7], kept(self._bounds, self.qpos[:, 7:], 2 * margin, self._config)), axis=1
+            (self.qpos[:, :7], project(self._limits, self.qpos[:, 7:], 2 * margin, self._config)), axis=1
         )
 
     def iterate(self, moving: Bool[ndarray, "T"]) -> None:
@@ -113,14 +113,14 @@ class _Descent:
         came, kin, residual, jacobian, body_rows = self._evaluated(frames)
         qpos = self.qpos[frames]
         damping = self._trust(frames, came)
-        bounds = [bound.part(frames) for bound in self._bounds]
+        limits = [limit.part(frames) for limit in self._limits]
         clearance = None
         if self._proximity is not None:
             places, wanted, spring = _near_places(qpos, kin, self._proximity, config)
             clearance = Clearance(places, kin, wanted, spring)
         held = np.where(moving[frames], damping, _HELD)
         model = normal_equations(objective, qpos, residual, jacobian, body_rows, held, self._bandwidths)
-        step = constrained_step(model, qpos[:, 7:], bounds, clearance, self._level.rounds, self._memory)
+        step = constrained_step(model, qpos[:, 7:], limits, clearance, self._level.rounds, self._memory)
         wanted = np.abs(step).max(axis=1)
         step *= _share(wanted, config.largest_turn)[:, None]
         self.wanted[frames] = wanted
@@ -129,8 +129,8 @@ class _Descent:
         self._before[frames] = _squared(residual)
         self._promised[frames] = _squared(residual + (jacobian @ step[..., None])[..., 0])
         self._last[frames], self.qpos[frames] = qpos, integrate(qpos, step)
-        for whole, bound in zip(self._bounds, bounds, strict=True):
-            whole.take(bound, frames)
+        for whole, limit in zip(self._limits, limits, strict=True):
+            whole.take(limit, frames)
 
     def _evaluated(self, frames: ndarray) -> tuple[ndarray, Kinematics, ndarray, ndarray, int]:
         """What came of the last step, squared, and the goals' rows after failed frames were taken back."""

@@ -20,7 +20,7 @@ _ROUNDING = 1e-7
 _HELD = 1e10  # keeps a frame where it is
 
 
-class Bound:
+class JointLimit:
     """lower <= order-th time difference of the joint angles <= upper."""
 
     def __init__(
@@ -35,15 +35,15 @@ class Bound:
         self._side: ndarray = side  # (T - order, J): -1 held below, 1 held above
         self._joined = np.ones(len(side), dtype=bool)  # rows of consecutive frames
 
-    def part(self, frames: Int[ndarray, "F"]) -> Bound:
+    def part(self, frames: Int[ndarray, "F"]) -> JointLimit:
         """The bound on some of the frames; rows across a gap between them bind nothing."""
-        out = Bound(self.order, self.lower, self.upper, self._side[:0], self._config)
+        out = JointLimit(self.order, self.lower, self.upper, self._side[:0], self._config)
         first = frames[: max(0, len(frames) - self.order)]
         out._joined = frames[self.order :] - first == self.order
         out._side = np.where(out._joined[:, None], self._side[np.minimum(first, len(self._side) - 1)], 0)
         return out
 
-    def take(self, part: Bound, frames: Int[ndarray, "F"]) -> None:
+    def take(self, part: JointLimit, frames: Int[ndarray, "F"]) -> None:
         """Take over the active set of a part."""
         first = frames[: len(part._side)][part._joined]
         self._side[first] = part._side[part._joined]
@@ -68,7 +68,7 @@ class Bound:
         self._side = side
         return changed
 
-    def excess(self, joints: Float[ndarray, "T J"]) -> Bool[ndarray, "Td J"]:
+    def violation(self, joints: Float[ndarray, "T J"]) -> Bool[ndarray, "Td J"]:
         """Which rows are beyond their bound by more than its margin forgives."""
         value, slack = np.diff(joints, self.order, axis=0), self._config.limit_slack * (self.upper - self.lower)
         return np.asarray((value > self.upper + slack) | (value < self.lower - slack))
@@ -85,28 +85,28 @@ class Bound:
         return np.where(self._side > 0, self.upper, self.lower)
 
 
-def joint_bounds(robot: RobotModel, frames: int, fps: float, config: WholeClipConfig) -> list[Bound]:
+def joint_limits(robot: RobotModel, frames: int, fps: float, config: WholeClipConfig) -> list[JointLimit]:
     """The robot's limits over a clip, each kept with a margin so that rounding cannot break it."""
     lower, upper = robot.ranges(config.limit_margin)
     speed = config.speed_share * robot.velocity / fps
     turn = config.acceleration_share * robot.acceleration / fps**2
     limits = ((lower, upper), (-speed, speed), (-turn, turn))  # of position, speed, acceleration
     return [
-        Bound(order, low, high, np.zeros((max(0, frames - order), len(low)), dtype=np.int8), config)
+        JointLimit(order, low, high, np.zeros((max(0, frames - order), len(low)), dtype=np.int8), config)
         for order, (low, high) in enumerate(limits)
     ]
 
 
-def kept(
-    bounds: list[Bound], joints: Float[ndarray, "T J"], reach: int, config: WholeClipConfig = WholeClipConfig()
+def project(
+    limits: list[JointLimit], joints: Float[ndarray, "T J"], reach: int, config: WholeClipConfig = WholeClipConfig()
 ) -> Float[ndarray, "T J"]:
     """The nearest motion within all bounds, changed smoothly; only frames within `reach` of a broken one change."""
-    broken = np.any([b.touched(b.excess(joints)) for b in bounds], axis=0)
+    broken = np.any([b.touched(b.violation(joints)) for b in limits], axis=0)
     if not broken.any():
         return joints
     moving = widened(broken, reach)
     frames = np.flatnonzero(widened(moving, REACH))
-    part, start = [b.part(frames) for b in bounds], joints[frames]
+    part, start = [b.part(frames) for b in limits], joints[frames]
     # Where the limits leave hardly any way, a smoother motion finds one.
     for smoothness in config.projection_smoothness:
         step, settled = _within(part, start, moving[frames], smoothness, config.limit_rounds)
@@ -118,7 +118,7 @@ def kept(
 
 
 def _within(
-    bounds: list[Bound], start: ndarray, moving: ndarray, smoothness: float, rounds: int
+    limits: list[JointLimit], start: ndarray, moving: ndarray, smoothness: float, rounds: int
 ) -> tuple[ndarray, bool]:
     """The small and smooth step within the bounds, and whether the active sets came to rest.
 
@@ -132,9 +132,9 @@ def _within(
     for _ in range(rounds):
         system, pull = BandedSystem(stay), rough.copy()
         system.add_differences(REACH, np.ones((max(0, len(start) - REACH), start.shape[1])))
-        for bound in bounds:
-            bound.add_to(system, pull, start)
+        for limit in limits:
+            limit.add_to(system, pull, start)
         step = -system.solve(pull)
-        if not sum(bound.update(start + step) for bound in bounds):
+        if not sum(limit.update(start + step) for limit in limits):
             return step, True
     return step, False

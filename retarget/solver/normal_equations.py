@@ -13,7 +13,7 @@ from numpy import ndarray
 
 from retarget.errors import RetargetError
 from retarget.solver.collision import Clearance
-from retarget.solver.joint_limits import Bound
+from retarget.solver.joint_limits import JointLimit
 from retarget.solver.objective import Objective
 from robot_models.maths import REACH, BandedSystem, Memory, spread_back
 from robot_models.maths import rotation as rot
@@ -66,7 +66,7 @@ def normal_equations(
 def constrained_step(
     model: NormalEquations,
     joints: ndarray,
-    bounds: list[Bound],
+    limits: list[JointLimit],
     clearance: Clearance | None,
     rounds: int,
     memory: Memory,
@@ -76,7 +76,7 @@ def constrained_step(
     Args:
         model: what the step costs.
         joints: where it begins.
-        bounds: the joints' limits.
+        limits: the joints' limits.
         clearance: of soles and bodies.
         rounds: of the active sets, at most.
         memory: where the systems may stand, one after the other.
@@ -91,13 +91,13 @@ def constrained_step(
             clearance.add_to(blocks, gradient)
         system = BandedSystem(blocks, memory)
         system.add_differences(REACH, smoothness)
-        for bound in bounds:
-            bound.add_to(system, gradient, joints)
+        for limit in limits:
+            limit.add_to(system, gradient, joints)
         try:
             step = -system.solve(gradient)
         except np.linalg.LinAlgError as e:
             raise RetargetError("whole-clip solver", found=str(e), expected="a solvable problem") from e
-        changed = sum(b.update(joints + step[:, 6:]) for b in bounds)
+        changed = sum(b.update(joints + step[:, 6:]) for b in limits)
         changed += 0 if clearance is None else clearance.update(step)
         if changed <= len(joints) // 200:  # the rest is left to the next iteration
             break

@@ -4,22 +4,22 @@ import numpy as np
 import pytest
 
 from retarget import WholeClipConfig
-from retarget.solver.joint_limits import Bound, joint_bounds, kept
+from retarget.solver.joint_limits import JointLimit, joint_limits, project
 from robot_models.maths.banded import BandedSystem
 
 ORDERS = (0, 1, 2)
 
 
-def bound(order, frames, low, high):
-    return Bound(order, np.array(low), np.array(high), np.zeros((frames - order, len(low)), dtype=np.int8))
+def limit(order, frames, low, high):
+    return JointLimit(order, np.array(low), np.array(high), np.zeros((frames - order, len(low)), dtype=np.int8))
 
 
 def limits(frames, low=(-1.0, -0.6), high=(1.0, 0.8), speed=0.3, turn=0.15):
     n = len(low)
     return [
-        bound(0, frames, low, high),
-        bound(1, frames, [-speed] * n, [speed] * n),
-        bound(2, frames, [-turn] * n, [turn] * n),
+        limit(0, frames, low, high),
+        limit(1, frames, [-speed] * n, [speed] * n),
+        limit(2, frames, [-turn] * n, [turn] * n),
     ]
 
 
@@ -33,14 +33,14 @@ def wild(rng, frames=40):
 
 def test_a_motion_within_its_bounds_is_given_back_as_it_is(rng):
     joints = 0.01 * rng.normal(size=(20, 2))
-    assert kept(limits(20), joints, 5) is joints
+    assert project(limits(20), joints, 5) is joints
 
 
 def test_what_was_brought_inside_is_left_alone_the_second_time(rng):
     joints = wild(rng)
-    assert any(b.excess(joints).any() for b in limits(40))  # the control
-    once = kept(limits(40), joints, 12)
-    np.testing.assert_array_equal(kept(limits(40), once, 12), once)
+    assert any(b.violation(joints).any() for b in limits(40))  # the control
+    once = project(limits(40), joints, 12)
+    np.testing.assert_array_equal(project(limits(40), once, 12), once)
 
 
 def test_the_nearest_motion_is_the_one_that_another_solver_finds(rng):
@@ -49,13 +49,13 @@ def test_the_nearest_motion_is_the_one_that_another_solver_finds(rng):
 
     frames = 24
     joints = wild(rng, frames)[:, :1]
-    bounds = limits(frames, low=(-1.0,), high=(1.0,))
-    ours = kept(bounds, joints, frames)  # every frame may move
+    both = limits(frames, low=(-1.0,), high=(1.0,))
+    ours = project(both, joints, frames)  # every frame may move
     third = np.diff(np.eye(frames), 3, axis=0)
     rows = np.concatenate([np.diff(np.eye(frames), order, axis=0) for order in ORDERS])
     value = rows @ joints[:, 0]
-    low, high = (np.concatenate([np.full(frames - b.order, v[0]) for b, v in zip(bounds, side, strict=True)])
-                 for side in ([b.lower for b in bounds], [b.upper for b in bounds]))  # fmt: skip
+    low, high = (np.concatenate([np.full(frames - b.order, v[0]) for b, v in zip(both, side, strict=True)])
+                 for side in ([b.lower for b in both], [b.upper for b in both]))  # fmt: skip
     step, _, flag, _ = daqp.solve(
         np.eye(frames) + third.T @ third,
         np.zeros(frames),
@@ -71,24 +71,24 @@ def test_the_nearest_motion_is_the_one_that_another_solver_finds(rng):
 
 def test_the_way_inside_is_the_same_when_time_runs_backwards_and_when_left_is_right(rng):
     joints = wild(rng)
-    out = kept(limits(40), joints, 12)
-    np.testing.assert_allclose(kept(limits(40), joints[::-1].copy(), 12)[::-1], out, atol=1e-9)
+    out = project(limits(40), joints, 12)
+    np.testing.assert_allclose(project(limits(40), joints[::-1].copy(), 12)[::-1], out, atol=1e-9)
     mirrored = limits(40, low=(-1.0, -0.8), high=(1.0, 0.6))
-    np.testing.assert_allclose(kept(mirrored, -joints, 12), -out, atol=1e-9)
+    np.testing.assert_allclose(project(mirrored, -joints, 12), -out, atol=1e-9)
 
 
 @pytest.mark.parametrize("reach", [8, 12])
 def test_only_frames_within_reach_of_a_broken_one_move(reach, rng):
     joints = wild(rng)
-    broken = np.flatnonzero(np.any([b.touched(b.excess(joints)) for b in limits(40)], axis=0))
-    changed = np.flatnonzero(np.abs(kept(limits(40), joints, reach) - joints).max(axis=1) > 1e-7)  # 1e-10 seeps on
+    broken = np.flatnonzero(np.any([b.touched(b.violation(joints)) for b in limits(40)], axis=0))
+    changed = np.flatnonzero(np.abs(project(limits(40), joints, reach) - joints).max(axis=1) > 1e-7)  # 1e-10 seeps on
     assert broken[0] - reach <= changed[0] and changed[-1] <= broken[-1] + reach
     assert len(changed) > len(broken)
 
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_a_frame_is_touched_by_the_rows_that_change_when_it_moves(order, rng):
-    frames, one = 9, bound(order, 9, [-1.0], [1.0])
+    frames, one = 9, limit(order, 9, [-1.0], [1.0])
     rows = rng.random((frames - order, 1)) < 0.3
     moves = [np.diff(np.eye(frames)[:, [t]], order, axis=0)[rows].any() for t in range(frames)]
     np.testing.assert_array_equal(one.touched(rows), moves)
@@ -96,7 +96,7 @@ def test_a_frame_is_touched_by_the_rows_that_change_when_it_moves(order, rng):
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_rows_join_beyond_their_bound_and_leave_when_their_spring_is_slack(order):
-    one = bound(order, 6, [-0.1], [0.2])
+    one = limit(order, 6, [-0.1], [0.2])
     inside = np.zeros((6, 1))
     beyond = inside + np.cumsum(np.eye(6)[:, [3]], axis=0)  # a step of 1, seen by one row of order 1 and two of order 2
     for _ in range(order):
@@ -112,7 +112,7 @@ def test_rows_join_beyond_their_bound_and_leave_when_their_spring_is_slack(order
 def test_held_rows_pull_as_springs_do(order, rng):
     """Their gradient is the slope of spring (row - bound)^2 / 2, and their curvature the same spring's."""
     frames, joints = 7, 3.0 * rng.normal(size=(7, 2))
-    one = bound(order, frames, [-0.1, -0.2], [0.2, 0.1])
+    one = limit(order, frames, [-0.1, -0.2], [0.2, 0.1])
     assert one.update(joints) > 3
 
     def after(x):
@@ -140,7 +140,7 @@ def test_held_rows_pull_as_springs_do(order, rng):
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_rows_across_a_gap_between_frames_bind_nothing_and_parts_give_back_what_they_hold(order):
-    whole = bound(order, 12, [-0.1], [0.1])
+    whole = limit(order, 12, [-0.1], [0.1])
     frames = np.array([0, 1, 2, 3, 8, 9, 10, 11])
     part = whole.part(frames)
     joints = np.zeros((8, 1))
@@ -153,7 +153,7 @@ def test_rows_across_a_gap_between_frames_bind_nothing_and_parts_give_back_what_
     assert again.update(joints) == 0  # it remembers
     other = np.zeros((12, 1))
     other[frames] = joints
-    assert bound(order, 12, [-0.1], [0.1]).part(frames).update(joints) > 0  # the control: one that does not
+    assert limit(order, 12, [-0.1], [0.1]).part(frames).update(joints) > 0  # the control: one that does not
 
 
 def test_whether_a_motion_breaks_a_limit_does_not_depend_on_the_frame_rate(dancer):
@@ -165,14 +165,14 @@ def test_whether_a_motion_breaks_a_limit_does_not_depend_on_the_frame_rate(dance
             t = np.arange(round(0.2 * fps) + 1) / fps
             joints = np.tile(dancer.default_joint_pos, (len(t), 1))
             joints[:, j] += 0.5 * share * config.acceleration_share * dancer.acceleration[j] * t**2
-            bounds = joint_bounds(dancer, len(t), fps, config)
-            verdicts.append(bool(bounds[2].excess(joints)[:, j].any()))
+            limits = joint_limits(dancer, len(t), fps, config)
+            verdicts.append(bool(limits[2].violation(joints)[:, j].any()))
         assert verdicts == [broken] * 3
 
 
 def test_bounds_of_a_robot_keep_their_margins_within_its_limits(dancer):
     config, fps = WholeClipConfig(), 50.0
-    position, speed, turn = joint_bounds(dancer, 5, fps, config)
+    position, speed, turn = joint_limits(dancer, 5, fps, config)
     assert (dancer.lower < position.lower).all() and (position.upper < dancer.upper).all()
     np.testing.assert_allclose(speed.upper * fps / dancer.velocity, config.speed_share)
     np.testing.assert_allclose(turn.upper * fps**2 / dancer.acceleration, config.acceleration_share)
@@ -180,7 +180,7 @@ def test_bounds_of_a_robot_keep_their_margins_within_its_limits(dancer):
 
 
 def test_clips_of_two_frames_have_only_the_rows_that_they_can(dancer):
-    bounds = joint_bounds(dancer, 2, 50.0, WholeClipConfig())
-    out = kept(bounds, np.full((2, len(dancer.joint_names)), 9.0), 5)
+    limits = joint_limits(dancer, 2, 50.0, WholeClipConfig())
+    out = project(limits, np.full((2, len(dancer.joint_names)), 9.0), 5)
     # Held on springs of 1e6 against a pull of about 10.
-    np.testing.assert_allclose(out, np.broadcast_to(bounds[0].upper, out.shape), atol=1e-4)
+    np.testing.assert_allclose(out, np.broadcast_to(limits[0].upper, out.shape), atol=1e-4)

@@ -5,7 +5,7 @@ import pytest
 from derivatives import random_poses
 
 from retarget import ObjectiveWeights, RetargetError
-from retarget.solver.joint_limits import Bound
+from retarget.solver.joint_limits import JointLimit
 from retarget.solver.normal_equations import NormalEquations, constrained_step, normal_equations
 from retarget.solver.objective import Objective
 from robot_models.jacobians import integrate
@@ -131,8 +131,8 @@ def test_within_limits_whatever_slope_is_left_pushes_against_a_bound(rng):
     low, high = np.full(2, -0.4), np.full(2, 0.3)
     free = constrained_step(model, joints, [], None, 1, band_memory(12, 8))
     assert (free[:, 6:] > 0.5).any() and (free[:, 6:] < -0.5).any()  # the control
-    bound = Bound(0, low, high, np.zeros((12, 2), dtype=np.int8))
-    step = constrained_step(model, joints, [bound], None, 20, band_memory(12, 8))
+    limit = JointLimit(0, low, high, np.zeros((12, 2), dtype=np.int8))
+    step = constrained_step(model, joints, [limit], None, 20, band_memory(12, 8))
     angles, slope = step[:, 6:], slope_after(model, step)
     assert (angles > low - 1e-4).all() and (angles < high + 1e-4).all()  # springs of 1e6 give way by 1e-6 of the force
     np.testing.assert_allclose(slope[:, :6], 0.0, atol=1e-7)

@@ -9,7 +9,7 @@ from conftest import SAMPLES
 from clips import cut, read_clip
 from retarget import ObjectiveWeights, RetargetConfig, WholeClipConfig, retarget
 from retarget.solver.collision import Clearance, Proximity, low_soles
-from retarget.solver.joint_limits import joint_bounds, kept
+from retarget.solver.joint_limits import joint_limits, project
 from retarget.solver.objective import make_objective
 from retarget.solver.residuals import residual_rows
 from robot_models.jacobians import integrate, kinematics
@@ -64,10 +64,10 @@ def test_a_wild_motion_is_brought_inside_all_limits_and_left_alone_elsewhere(dan
     fps, config = 50.0, WholeClipConfig()
     joints = np.tile(dancer.default_joint_pos, (200, 1))
     joints[90:110] += rng.normal(scale=1.0, size=(20, len(dancer.joint_names)))
-    bounds = joint_bounds(dancer, len(joints), fps, config)
-    assert all(b.excess(joints).any() for b in bounds)  # the control: it was broken
-    out = kept(bounds, joints, 30)
-    assert not any(b.excess(out).any() for b in bounds)
+    limits = joint_limits(dancer, len(joints), fps, config)
+    assert all(b.violation(joints).any() for b in limits)  # the control: it was broken
+    out = project(limits, joints, 30)
+    assert not any(b.violation(out).any() for b in limits)
     np.testing.assert_array_equal(out[:40], joints[:40])
 
 
