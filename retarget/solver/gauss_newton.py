@@ -17,7 +17,7 @@ from retarget.solver.normal_equations import constrained_step, normal_equations
 from retarget.solver.objective import Objective
 from retarget.solver.residuals import residual_rows
 from robot_models import Kinematics, RobotModel, integrate, kinematics
-from robot_models.maths import REACH, band_memory, widened
+from robot_models.maths import HALF_BANDWIDTH, band_memory, dilate
 
 _HELD = 1e10  # damping that lets a frame not move
 
@@ -44,7 +44,7 @@ def refine(
         RetargetError: the problem has no finite solution.
     """
     descent = _Descent(robot, objective, start, fps, level, config)
-    margin = max(REACH, round(config.settle_margin_s * fps))
+    margin = max(HALF_BANDWIDTH, round(config.settle_margin_s * fps))
     for k in range(level.iterations + level.more_iterations):
         busy = np.ones(len(start), dtype=bool) if k < level.iterations else descent.unsettled(margin)
         if not busy.any():
@@ -77,7 +77,7 @@ class _Descent:
         """Frames that still move, or that have not been solved and miss something that must hold, and those around."""
         if np.isinf(self.wanted).all():
             self.wanted = np.where(self._missed(), np.inf, 0.0)
-        return widened((self.wanted > self._config.settled) | self._beyond(), margin)
+        return dilate((self.wanted > self._config.settled) | self._beyond(), margin)
 
     def _missed(self) -> ndarray:
         kin = kinematics(self._robot, self.qpos)
@@ -108,7 +108,7 @@ class _Descent:
         """One Gauss-Newton step of some frames; the others stand still."""
         config = self._config
         # The frames beside a stretch take part in its problem, held; so held, they also part one stretch from the next.
-        frames = np.flatnonzero(widened(moving, REACH))
+        frames = np.flatnonzero(dilate(moving, HALF_BANDWIDTH))
         objective = self._objective.at(frames)
         came, kin, residual, jacobian, body_rows = self._evaluated(frames)
         qpos = self.qpos[frames]
@@ -137,7 +137,7 @@ class _Descent:
         config, objective, kin = self._config, self._objective.at(frames), kinematics(self._robot, self.qpos[frames])
         residual, jacobian, body_rows = residual_rows(objective, kin)
         came = _squared(residual)
-        failed = widened(
+        failed = dilate(
             came
             > config.failed_ratio * np.maximum(self._before[frames], self._promised[frames]) + config.failed_residual,
             5,
@@ -157,7 +157,7 @@ class _Descent:
         c = self._config
         poor[tried] = came - promised > c.poor_share * np.abs(before - promised) + c.poor_residual
         grown = c.damping_growth * np.maximum(damping, c.damping_floor)
-        changed = np.where(widened(poor, 2), grown, damping / c.damping_decay)
+        changed = np.where(dilate(poor, 2), grown, damping / c.damping_decay)
         self._damping[frames] = np.where(tried, np.clip(changed, *c.damping_range), damping)
         return self._damping[frames]
 
@@ -176,7 +176,7 @@ def _share(wanted: ndarray, largest: float) -> ndarray:
     """How much of each frame's step is taken: as little as a neighbour's, so that frames do not part."""
     from scipy.ndimage import minimum_filter1d
 
-    return np.asarray(minimum_filter1d(np.minimum(1.0, largest / np.maximum(wanted, 1e-9)), 2 * REACH + 1))
+    return np.asarray(minimum_filter1d(np.minimum(1.0, largest / np.maximum(wanted, 1e-9)), 2 * HALF_BANDWIDTH + 1))
 
 
 def _squared(residual: ndarray) -> ndarray:

@@ -14,7 +14,7 @@ from numpy import ndarray
 
 from retarget.config import WholeClipConfig
 from robot_models import RobotModel
-from robot_models.maths import REACH, BandedSystem, spread_back, widened
+from robot_models.maths import HALF_BANDWIDTH, BandedSystem, difference_transposed, dilate
 
 _ROUNDING = 1e-7
 _HELD = 1e10  # keeps a frame where it is
@@ -55,7 +55,7 @@ class JointLimit:
             first = gradient.shape[1] - joints.shape[1]
             system.add_differences(self.order, weight, first)
             stretch = np.diff(joints, self.order, axis=0) - self._held()
-            gradient[:, first:] += spread_back(weight * stretch, self.order)
+            gradient[:, first:] += difference_transposed(weight * stretch, self.order)
 
     def update(self, joints: Float[ndarray, "T J"]) -> int:
         """Let rows join and leave by a solution; how many did."""
@@ -104,8 +104,8 @@ def project(
     broken = np.any([b.touched(b.violation(joints)) for b in limits], axis=0)
     if not broken.any():
         return joints
-    moving = widened(broken, reach)
-    frames = np.flatnonzero(widened(moving, REACH))
+    moving = dilate(broken, reach)
+    frames = np.flatnonzero(dilate(moving, HALF_BANDWIDTH))
     part, start = [b.part(frames) for b in limits], joints[frames]
     # Where the limits leave hardly any way, a smoother motion finds one.
     for smoothness in config.projection_smoothness:
@@ -127,11 +127,11 @@ def _within(
     stay = np.where(moving, 1.0 - smoothness, _HELD)
     stay = stay[:, None, None] * np.eye(start.shape[1])
     rough, step = np.zeros_like(start), np.zeros_like(start)
-    if len(start) > REACH:
-        rough = spread_back(smoothness * np.diff(start, REACH, axis=0), REACH)
+    if len(start) > HALF_BANDWIDTH:
+        rough = difference_transposed(smoothness * np.diff(start, HALF_BANDWIDTH, axis=0), HALF_BANDWIDTH)
     for _ in range(rounds):
         system, pull = BandedSystem(stay), rough.copy()
-        system.add_differences(REACH, np.ones((max(0, len(start) - REACH), start.shape[1])))
+        system.add_differences(HALF_BANDWIDTH, np.ones((max(0, len(start) - HALF_BANDWIDTH), start.shape[1])))
         for limit in limits:
             limit.add_to(system, pull, start)
         step = -system.solve(pull)

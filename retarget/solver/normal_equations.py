@@ -15,7 +15,7 @@ from retarget.errors import RetargetError
 from retarget.solver.collision import Clearance
 from retarget.solver.joint_limits import JointLimit
 from retarget.solver.objective import Objective
-from robot_models.maths import REACH, BandedSystem, Memory, spread_back
+from robot_models.maths import HALF_BANDWIDTH, BandedSystem, Memory, difference_transposed
 from robot_models.maths import rotation as rot
 
 
@@ -58,8 +58,8 @@ def normal_equations(
     diagonal[:, 6:] += objective.posture_weight**2
     gradient[:, 6:] += objective.posture_weight**2 * (qpos[:, 7:] - objective.posture)
     smoothness = (2.0 * np.sin(np.pi * bandwidths)) ** -6 * curvature
-    if len(qpos) > REACH:
-        gradient += spread_back(smoothness * _third_difference(qpos), REACH)
+    if len(qpos) > HALF_BANDWIDTH:
+        gradient += difference_transposed(smoothness * _third_difference(qpos), HALF_BANDWIDTH)
     return NormalEquations(blocks=blocks, smoothness=smoothness, gradient=gradient)
 
 
@@ -84,13 +84,13 @@ def constrained_step(
     Raises:
         RetargetError: the model has no minimum.
     """
-    smoothness = np.broadcast_to(model.smoothness, (max(0, len(joints) - REACH), len(model.smoothness)))
+    smoothness = np.broadcast_to(model.smoothness, (max(0, len(joints) - HALF_BANDWIDTH), len(model.smoothness)))
     for _ in range(rounds):
         blocks, gradient = model.blocks.copy(), model.gradient.copy()
         if clearance is not None:
             clearance.add_to(blocks, gradient)
         system = BandedSystem(blocks, memory)
-        system.add_differences(REACH, smoothness)
+        system.add_differences(HALF_BANDWIDTH, smoothness)
         for limit in limits:
             limit.add_to(system, gradient, joints)
         try:

@@ -2,13 +2,13 @@
 
 from robot_models.maths import rotation
 from robot_models.maths.arrays import Array, array_namespace, push_history, to_numpy
-from robot_models.maths.banded import REACH, BandedSystem, Memory, band_memory, spread_back, widened
+from robot_models.maths.banded import HALF_BANDWIDTH, BandedSystem, Memory, band_memory, difference_transposed, dilate
 from robot_models.maths.intervals import away_from, nearest, runs_of
 from robot_models.maths.smoothing import smooth
 from robot_models.maths.threads import available_threads, one_blas_thread
 
 __all__ = [
-    "REACH",
+    "HALF_BANDWIDTH",
     "Array",
     "BandedSystem",
     "Memory",
@@ -16,13 +16,13 @@ __all__ = [
     "available_threads",
     "away_from",
     "band_memory",
+    "difference_transposed",
+    "dilate",
     "nearest",
     "one_blas_thread",
     "push_history",
     "rotation",
     "runs_of",
     "smooth",
-    "spread_back",
     "to_numpy",
-    "widened",
 ]

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-REACH = 3  # frames that one frame is coupled to
+HALF_BANDWIDTH = 3  # frames that one frame is coupled to
 
 Memory = Float[ndarray, "_ nv width"]
 
@@ -57,10 +57,10 @@ class BandedSystem:
 
 def band_memory(frames: int, nv: int) -> Memory:
     """Room for one system after another: the first touch of new pages costs more than filling them."""
-    return np.empty((frames, nv, REACH * nv + 1))
+    return np.empty((frames, nv, HALF_BANDWIDTH * nv + 1))
 
 
-def spread_back(y: Float[ndarray, "Td n"], order: int) -> Float[ndarray, "T n"]:
+def difference_transposed(y: Float[ndarray, "Td n"], order: int) -> Float[ndarray, "T n"]:
     """The transpose of the order-th time difference: from differences back to frames."""
     out = np.zeros((len(y) + order, y.shape[1]))
     for k, c in enumerate(_coefficients(order)):
@@ -73,6 +73,6 @@ def _coefficients(order: int) -> ndarray:
     return np.array([(-1.0) ** (order - k) * comb(order, k) for k in range(order + 1)])
 
 
-def widened(mask: Bool[ndarray, "T"], reach: int) -> Bool[ndarray, "T"]:
+def dilate(mask: Bool[ndarray, "T"], reach: int) -> Bool[ndarray, "T"]:
     """The mask with `reach` frames more on both sides of every true one."""
     return np.convolve(mask, np.ones(2 * reach + 1))[reach : reach + len(mask)] > 0.5

@@ -10,7 +10,7 @@ from retarget.solver.normal_equations import NormalEquations, constrained_step, 
 from retarget.solver.objective import Objective
 from robot_models.jacobians import integrate
 from robot_models.maths import rotation as rot
-from robot_models.maths.banded import REACH, band_memory, spread_back
+from robot_models.maths.banded import HALF_BANDWIDTH, band_memory, difference_transposed
 from robot_models.maths.smoothing import smooth
 
 FPS = 50.0
@@ -115,7 +115,7 @@ def small_model(rng, frames=12, nv=8):
 
 def slope_after(model, step):
     """Of the model at the end of a step."""
-    smooth_part = spread_back(model.smoothness * np.diff(step, REACH, axis=0), REACH)
+    smooth_part = difference_transposed(model.smoothness * np.diff(step, HALF_BANDWIDTH, axis=0), HALF_BANDWIDTH)
     return model.gradient + np.einsum("tij,tj->ti", model.blocks, step) + smooth_part
 
 

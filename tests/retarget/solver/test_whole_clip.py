@@ -13,7 +13,7 @@ from retarget.solver.joint_limits import joint_limits, project
 from retarget.solver.objective import make_objective
 from retarget.solver.residuals import residual_rows
 from robot_models.jacobians import integrate, kinematics
-from robot_models.maths.banded import BandedSystem, band_memory, spread_back, widened
+from robot_models.maths.banded import BandedSystem, band_memory, difference_transposed, dilate
 
 
 def dense(blocks, terms):
@@ -53,11 +53,11 @@ def test_a_system_that_is_not_positive_definite_is_an_error():
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
 def test_spreading_back_is_the_transpose_of_the_difference(order, rng):
     x, y = rng.normal(size=(8, 2)), rng.normal(size=(8 - order, 2))
-    assert np.sum(np.diff(x, order, axis=0) * y) == pytest.approx(np.sum(x * spread_back(y, order)))
+    assert np.sum(np.diff(x, order, axis=0) * y) == pytest.approx(np.sum(x * difference_transposed(y, order)))
 
 
 def test_widened_masks_reach_both_ways():
-    assert widened(np.array([0, 0, 0, 1, 0, 0], dtype=bool), 2).tolist() == [False, True, True, True, True, True]
+    assert dilate(np.array([0, 0, 0, 1, 0, 0], dtype=bool), 2).tolist() == [False, True, True, True, True, True]
 
 
 def test_a_wild_motion_is_brought_inside_all_limits_and_left_alone_elsewhere(dancer, rng):

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from robot_models.maths.banded import REACH, BandedSystem, spread_back, widened
+from robot_models.maths.banded import HALF_BANDWIDTH, BandedSystem, difference_transposed, dilate
 from robot_models.maths.intervals import away_from
 
 
 def problem(rng, frames=10, nv=3):
     root = rng.normal(size=(frames, nv, nv))
     blocks = root @ root.swapaxes(1, 2) + np.eye(nv)
-    terms = [(order, rng.uniform(0.5, 2.0, (frames - order, nv))) for order in range(min(frames, REACH + 1))]
+    terms = [(order, rng.uniform(0.5, 2.0, (frames - order, nv))) for order in range(min(frames, HALF_BANDWIDTH + 1))]
     return blocks, terms, rng.normal(size=(frames, nv))
 
 
@@ -49,7 +49,7 @@ def test_at_the_solution_the_energy_has_no_slope_in_any_coordinate_of_any_frame(
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_spread_differences_are_the_slope_of_their_squares(order, rng):
     x, weight = rng.normal(size=(9, 2)), rng.uniform(0.5, 2.0, (9 - order, 2))
-    given = spread_back(weight * np.diff(x, order, axis=0), order)
+    given = difference_transposed(weight * np.diff(x, order, axis=0), order)
     of_squares = slopes(lambda y: 0.5 * np.sum(weight * np.diff(y, order, axis=0) ** 2), x)
     np.testing.assert_allclose(given, of_squares, atol=1e-12)
 
@@ -57,14 +57,16 @@ def test_spread_differences_are_the_slope_of_their_squares(order, rng):
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_spreading_back_twice_is_spreading_back_the_sum_of_the_orders(order, rng):
     y = rng.normal(size=(5, 2))
-    np.testing.assert_allclose(spread_back(spread_back(y, order), 1), spread_back(y, order + 1), atol=1e-12)
+    np.testing.assert_allclose(
+        difference_transposed(difference_transposed(y, order), 1), difference_transposed(y, order + 1), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_what_is_spread_back_has_no_push_on_polynomials_of_lower_degree(order, rng):
     y, t = rng.normal(size=(8, 1)), np.arange(8.0 + order)[:, None]
     for degree in range(order + 1):
-        push = np.sum(spread_back(y, order) * t**degree)
+        push = np.sum(difference_transposed(y, order) * t**degree)
         if degree < order:
             assert push == pytest.approx(0.0, abs=1e-9)  # terms up to 10^2
         else:
@@ -87,7 +89,7 @@ def test_time_runs_both_ways(rng):
     np.testing.assert_allclose(back[::-1], solution(blocks, terms, b), atol=1e-12)
 
 
-@pytest.mark.parametrize(("held", "parted"), [(REACH, True), (REACH - 1, False)])
+@pytest.mark.parametrize(("held", "parted"), [(HALF_BANDWIDTH, True), (HALF_BANDWIDTH - 1, False)])
 def test_as_many_held_frames_as_the_band_reaches_part_the_stretches_on_their_sides(held, parted, rng):
     blocks, terms, b = problem(rng, frames=14)
     blocks[6 : 6 + held] += 1e12 * np.eye(3)
@@ -118,6 +120,6 @@ def test_clips_shorter_than_the_band_are_solved_frame_by_frame(frames, rng):
 def test_a_widened_mask_holds_every_frame_within_reach_and_grows_step_by_step(reach, rng):
     mask = rng.random(40) < 0.1
     assert mask.any() and not mask.all()
-    np.testing.assert_array_equal(widened(mask, reach), away_from(mask) <= reach)
-    np.testing.assert_array_equal(widened(widened(mask, reach), 2), widened(mask, reach + 2))
-    assert not widened(np.zeros(5, dtype=bool), reach).any()
+    np.testing.assert_array_equal(dilate(mask, reach), away_from(mask) <= reach)
+    np.testing.assert_array_equal(dilate(dilate(mask, reach), 2), dilate(mask, reach + 2))
+    assert not dilate(np.zeros(5, dtype=bool), reach).any()
