@@ -46,10 +46,10 @@ def refine(
     descent = _Descent(robot, objective, start, fps, level, config)
     margin = max(HALF_BANDWIDTH, round(config.settle_margin_s * fps))
     for k in range(level.iterations + level.more_iterations):
-        busy = np.ones(len(start), dtype=bool) if k < level.iterations else descent.unsettled(margin)
-        if not busy.any():
+        active = np.ones(len(start), dtype=bool) if k < level.iterations else descent.active_frames(margin)
+        if not active.any():
             break
-        descent.iterate(busy)
+        descent.iterate(active)
     return descent.result(margin)
 
 
@@ -68,18 +68,18 @@ class _Descent:
             limit.update(start[:, 7:])  # what the start breaks is held from the first step on
         self._proximity = Proximity(robot, config.watched_gap) if level.clearance else None
         self._damping = np.full(frames, config.damping)
-        self._before, self._promised = np.full(frames, np.inf), np.full(frames, np.inf)  # squared residuals
+        self._before, self._predicted = np.full(frames, np.inf), np.full(frames, np.inf)  # squared residuals
         self._memory = band_memory(frames, robot.model.nv)
         self.qpos, self._last = np.array(start), np.array(start)
         self.wanted = np.full(frames, np.inf)  # how far each frame wanted to go in its last iteration [rad or m]
 
-    def unsettled(self, margin: int) -> Bool[ndarray, "T"]:
+    def active_frames(self, margin: int) -> Bool[ndarray, "T"]:
         """Frames that still move, or that have not been solved and miss something that must hold, and those around."""
         if np.isinf(self.wanted).all():
-            self.wanted = np.where(self._missed(), np.inf, 0.0)
-        return dilate((self.wanted > self._config.settled) | self._beyond(), margin)
+            self.wanted = np.where(self._missed_requirements(), np.inf, 0.0)
+        return dilate((self.wanted > self._config.settled) | self._violates_limits(), margin)
 
-    def _missed(self) -> ndarray:
+    def _missed_requirements(self) -> ndarray:
         kin = kinematics(self._robot, self.qpos)
         residual, _, body_rows = residual_rows(self._objective, kin)
         missed = _squared(residual[:, body_rows:]) > self._config.feet_off
@@ -90,7 +90,7 @@ class _Descent:
             missed[places.frame[too_near(places.gap, wanted)]] = True
         return missed
 
-    def _beyond(self) -> ndarray:
+    def _violates_limits(self) -> ndarray:
         """Frames beyond a joint limit."""
         joints = self.qpos[:, 7:]
         return np.any([limit.touched(limit.violation(joints)) for limit in self._limits], axis=0)
@@ -110,9 +110,9 @@ class _Descent:
         # The frames beside a stretch take part in its problem, held; so held, they also part one stretch from the next.
         frames = np.flatnonzero(dilate(moving, HALF_BANDWIDTH))
         objective = self._objective.at(frames)
-        came, kin, residual, jacobian, body_rows = self._evaluated(frames)
+        actual, kin, residual, jacobian, body_rows = self._evaluated(frames)
         qpos = self.qpos[frames]
-        damping = self._trust(frames, came)
+        damping = self._update_damping(frames, actual)
         limits = [limit.part(frames) for limit in self._limits]
         clearance = None
         if self._proximity is not None:
@@ -127,7 +127,7 @@ class _Descent:
         if clearance is not None:
             self.wanted[frames[clearance.missed]] = np.inf
         self._before[frames] = _squared(residual)
-        self._promised[frames] = _squared(residual + (jacobian @ step[..., None])[..., 0])
+        self._predicted[frames] = _squared(residual + (jacobian @ step[..., None])[..., 0])
         self._last[frames], self.qpos[frames] = qpos, integrate(qpos, step)
         for whole, limit in zip(self._limits, limits, strict=True):
             whole.take(limit, frames)
@@ -136,26 +136,26 @@ class _Descent:
         """What came of the last step, squared, and the goals' rows after failed frames were taken back."""
         config, objective, kin = self._config, self._objective.at(frames), kinematics(self._robot, self.qpos[frames])
         residual, jacobian, body_rows = residual_rows(objective, kin)
-        came = _squared(residual)
+        actual = _squared(residual)
         failed = dilate(
-            came
-            > config.failed_ratio * np.maximum(self._before[frames], self._promised[frames]) + config.failed_residual,
+            actual
+            > config.failed_ratio * np.maximum(self._before[frames], self._predicted[frames]) + config.failed_residual,
             5,
         )
         if failed.any():
             self.qpos[frames[failed]] = self._last[frames[failed]]
             kin = kinematics(self._robot, self.qpos[frames])
             residual, jacobian, body_rows = residual_rows(objective, kin)
-        return came, kin, residual, jacobian, body_rows
+        return actual, kin, residual, jacobian, body_rows
 
-    def _trust(self, frames: ndarray, came: ndarray) -> ndarray:
+    def _update_damping(self, frames: ndarray, actual: ndarray) -> ndarray:
         """More damping where less came true than was promised, and around there; less elsewhere."""
-        before, promised, damping = self._before[frames], self._promised[frames], self._damping[frames]
-        tried = np.isfinite(promised)
+        before, predicted, damping = self._before[frames], self._predicted[frames], self._damping[frames]
+        tried = np.isfinite(predicted)
         poor = np.zeros(len(frames), dtype=bool)
-        came, before, promised = came[tried], before[tried], promised[tried]
+        actual, before, predicted = actual[tried], before[tried], predicted[tried]
         c = self._config
-        poor[tried] = came - promised > c.poor_share * np.abs(before - promised) + c.poor_residual
+        poor[tried] = actual - predicted > c.poor_share * np.abs(before - predicted) + c.poor_residual
         grown = c.damping_growth * np.maximum(damping, c.damping_floor)
         changed = np.where(dilate(poor, 2), grown, damping / c.damping_decay)
         self._damping[frames] = np.where(tried, np.clip(changed, *c.damping_range), damping)
