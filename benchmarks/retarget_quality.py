@@ -64,7 +64,7 @@ def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, re
     recorded = recentred(resample(repaired(clip), config.fps))
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
     contacts = find_contacts(source, config.contact)
-    none = replace(contacts, touching=np.zeros_like(contacts.touching), pivoting=np.zeros_like(contacts.pivoting))
+    none = replace(contacts, in_contact=np.zeros_like(contacts.in_contact), pivoting=np.zeros_like(contacts.pivoting))
     free = make_targets(source, none, robot, config)
     qpos, rate_b = timed(lambda: loop_b(robot, free), source.frames)
     segments = np.array([[0, source.frames, 0]])

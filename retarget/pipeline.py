@@ -125,13 +125,13 @@ def prepared(
     """Resample, find the touches, lay the source out in the robot's proportions, and guess poses."""
     recorded = recentred(resample(repaired(clip), config.fps))
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
-    touches = edited(find_contacts(source, config.contact), contacts, config.fps)
-    targets = thrown(make_targets(source, touches, robot, config), source, config.jumps)
+    labelled = edited(find_contacts(source, config.contact), contacts, config.fps)
+    targets = thrown(make_targets(source, labelled, robot, config), source, config.jumps)
     posture = _posture(recorded, robot, targets)
     objective = make_objective(robot, targets, config.weights, posture[:, 7:], feet_config=config.feet)
     return Prepared(
         source=source,
-        contacts=touches,
+        contacts=labelled,
         targets=targets,
         posture=posture,
         pins=pinned(keys, robot, source.frames, config.fps),

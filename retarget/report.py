@@ -17,8 +17,8 @@ from clips import HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
 from clips.edit import new_times, sample
 from retarget.config import Gates, ReportConfig
 from retarget.dynamics import Dynamics
-from retarget.targets import LIMBS, edge_points, foot_yaw_rate
-from robot_models import RobotModel, lowest_point, self_collision_depth, sole_edges
+from retarget.targets import LIMBS, foot_yaw_rate, heel_toe_points
+from robot_models import RobotModel, heel_toe_positions, lowest_point, self_collision_depth
 from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of
 
@@ -174,25 +174,25 @@ def _derivative(x: ndarray, order: int, rate: float) -> ndarray:
     return np.abs(np.diff(x, order, axis=0)) * rate**order if len(x) > order else np.zeros((1, x.shape[1]))
 
 
-def touch_labels(source: HumanClip) -> tuple[Bool[ndarray, "T 4"], Bool[ndarray, "T 4"]]:
+def contact_labels(source: HumanClip) -> tuple[Bool[ndarray, "T 4"], Bool[ndarray, "T 4"]]:
     """(touching, pivoting) per edge by the fixed rule, from the source alone."""
-    points = edge_points(source)
-    touching = _RULES.contact.holds(*heights_and_speeds(points, source.fps, own_floor(points)))
+    points = heel_toe_points(source)
+    in_contact = _RULES.contact.holds(*heights_and_speeds(points, source.fps, own_floor(points)))
     for k in range(4):
-        for a, b in runs_of(touching[:, k]):
+        for a, b in runs_of(in_contact[:, k]):
             if b - a < _RULES.shortest_contact:
-                touching[a:b, k] = False
-    pivoting = touching & np.repeat(np.abs(foot_yaw_rate(source)) > _RULES.pivot_rate, 2, axis=1)
-    return touching, pivoting
+                in_contact[a:b, k] = False
+    pivoting = in_contact & np.repeat(np.abs(foot_yaw_rate(source)) > _RULES.pivot_rate, 2, axis=1)
+    return in_contact, pivoting
 
 
 def _feet(
     reference: Reference, robot: RobotModel, source: HumanClip, gates: Gates
 ) -> tuple[list[Metric], dict[str, ndarray]]:
-    touching, pivoting = touch_labels(source)
-    edges = sole_edges(robot, reference.body_pos_w, reference.body_quat_w)
+    in_contact, pivoting = contact_labels(source)
+    edges = heel_toe_positions(robot, reference.body_pos_w, reference.body_quat_w)
     dance = edges[reference.dance]
-    still = touching & ~pivoting
+    still = in_contact & ~pivoting
     steps = np.linalg.norm(np.diff(dance[..., :2], axis=0), axis=-1) * reference.fps
     inside = still[1:] & still[:-1]
     slides = [
@@ -200,7 +200,7 @@ def _feet(
         for k in range(4)
         for a, b in runs_of(still[:, k])
     ]
-    height = np.abs(dance[..., 2][touching])
+    height = np.abs(dance[..., 2][in_contact])
     speed = np.full((reference.frames, 4), 0.0)
     speed[reference.dance.start + 1 : reference.dance.stop] = np.where(inside, steps, 0.0)
     metrics = [
@@ -212,14 +212,14 @@ def _feet(
                limit=gates.slide_mm),
         Metric(key=MetricKey.CONTACT_HEIGHT, value=1e3 * float(height.mean()) if height.size else 0.0, unit="mm",
                meaning="distance from the floor, pivots too"),
-        Metric(key=MetricKey.CONTACT_SHARE, value=100.0 * float(touching.mean()), unit="%",
+        Metric(key=MetricKey.CONTACT_SHARE, value=100.0 * float(in_contact.mean()), unit="%",
                meaning="of all edges and frames: how much the feet numbers rest on"),
     ]  # fmt: skip
     return metrics, {"slide of touching edges [m/s]": speed}
 
 
 def _flight(lowest: ndarray, dance: slice, source: HumanClip, gates: Gates) -> list[Metric]:
-    points = edge_points(source)
+    points = heel_toe_points(source)
     height, _ = heights_and_speeds(points, source.fps, own_floor(points))
     source_share = 100.0 * float((height > _RULES.contact.height).all(axis=1).mean())
     up = lowest > _RULES.airborne_height

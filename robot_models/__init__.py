@@ -9,10 +9,10 @@ from robot_models.kinematics import (
     BodyStates,
     body_states,
     forward_kinematics,
+    heel_toe_positions,
     joint_axes,
     leg_length,
     sole_corners,
-    sole_edges,
 )
 from robot_models.model import CONTACT_NAMES, RobotModel
 from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_text
@@ -39,6 +39,7 @@ __all__ = [
     "find_profile",
     "forces",
     "forward_kinematics",
+    "heel_toe_positions",
     "installed",
     "integrate",
     "joint_axes",
@@ -54,7 +55,6 @@ __all__ = [
     "robot_names",
     "self_collision_depth",
     "sole_corners",
-    "sole_edges",
     "urdf_text",
     "visual_parts",
 ]

@@ -138,7 +138,7 @@ def sole_corners(
     return np.stack(feet, axis=1)
 
 
-def sole_edges(
+def heel_toe_positions(
     robot: RobotModel, body_pos_w: Float[ndarray, "T B 3"], body_quat_w: Float[ndarray, "T B 4"]
 ) -> Float[ndarray, "T 4 3"]:
     """World positions of left heel, left toe, right heel, right toe: middles of the soles' edges [m]."""

@@ -8,7 +8,7 @@ from retarget.dynamics.inverse_dynamics import Dynamics
 WEIGHT, POINTS = 500.0, 8
 
 
-def dynamics_by_hand(frames, fps=50.0, *, force=None, moment=None, effort=None, touching=None, com_z=None, lift=None):
+def dynamics_by_hand(frames, fps=50.0, *, force=None, moment=None, effort=None, in_contact=None, com_z=None, lift=None):
     """Force and moment (T, 3) in their gates, effort (T,) as a share beyond the motor's in its gate, lift (T,) [weights]."""
     zeros = np.zeros((frames, 3))
     residual = np.concatenate(
@@ -24,7 +24,7 @@ def dynamics_by_hand(frames, fps=50.0, *, force=None, moment=None, effort=None, 
     com[:, 2] = 0.9 if com_z is None else com_z
     return Dynamics(
         fps=fps, joint_names=("knee",), weight=WEIGHT, joint_torque=np.zeros((frames, 1)),
-        touching=np.ones((frames, POINTS), dtype=bool) if touching is None else np.repeat(touching[:, None], POINTS, axis=1),
+        in_contact=np.ones((frames, POINTS), dtype=bool) if in_contact is None else np.repeat(in_contact[:, None], POINTS, axis=1),
         foot_force_w=np.zeros((frames, POINTS, 3)), net_wrench_w=net, residual=residual, com_w=com,
         zmp_w=np.zeros((frames, 2)), zmp_outside=np.zeros(frames),
         effort_share=np.zeros(frames) if effort is None else 1.0 + DynamicsConfig().effort_gate * effort,

@@ -18,7 +18,7 @@ from numpy import ndarray
 
 from clips import PIVOTING, PLANTED, HumanClip, Reference, write_whole
 from retarget import Report, Retargeted
-from robot_models import FEET, Part, RobotModel, sole_edges
+from robot_models import FEET, Part, RobotModel, heel_toe_positions
 from robot_models.maths import rotation as rot
 from robot_models.maths import smooth
 
@@ -144,7 +144,7 @@ def draw_soles(log: Log, robot: RobotModel, reference: Reference, index: list[An
     """Half soles in the colour of their contact: green planted, orange pivoting, red sliding while planted."""
     import rerun as rr
 
-    edges = sole_edges(robot, reference.body_pos_w, reference.body_quat_w)
+    edges = heel_toe_positions(robot, reference.body_pos_w, reference.body_quat_w)
     speed = np.linalg.norm(np.diff(edges[..., :2], axis=0, prepend=edges[:1, :, :2]), axis=-1) * reference.fps
     colours = np.full((reference.frames, 4, 4), _GREY, dtype=np.uint8)
     colours[reference.contact == PLANTED] = _GREEN

@@ -61,10 +61,10 @@ def contact_forces(
     levers = _torque_per_force(robot, qpos, points)
     legs = np.flatnonzero(ancestors(robot)[list(points.body)].any(axis=0))
     out, torque, error = np.zeros_like(points.pos_w), demand.torque.copy(), np.zeros(len(qpos))
-    on = np.flatnonzero(points.touching.any(axis=1))
+    on = np.flatnonzero(points.in_contact.any(axis=1))
     if not len(on):
         return out, torque, error
-    edges = friction_pyramid(points.yaw[on], robot.profile.friction) * points.touching[on][..., None, None]
+    edges = friction_pyramid(points.yaw[on], robot.profile.friction) * points.in_contact[on][..., None, None]
     arm = points.pos_w[on] - demand.com_w[on, None]
     per_torque = np.sqrt(_PER_EFFORT) / robot.effort[legs]
     matrix = np.concatenate(

@@ -67,8 +67,10 @@ def hardest(dynamics: Dynamics, *, above: float = 0.5, gap_s: float = 0.1, most:
 def _in_words(d: Dynamics, t: int, cause: str) -> str:
     if cause == "effort":
         return f"{d.worst_joint[t]} needs {d.effort_share[t]:.2f} of its motor's torque"
-    touching = int(d.touching[t].sum())
-    where = f"{touching} of {d.touching.shape[1]} sole points touching" if touching else "nothing touching the floor"
+    in_contact = int(d.in_contact[t].sum())
+    where = (
+        f"{in_contact} of {d.in_contact.shape[1]} sole points touching" if in_contact else "nothing touching the floor"
+    )
     if cause == "force":
         amount = np.linalg.norm(d.residual[t, :3]) / d.weight
         return f"{amount:.2f} of the weight is missing, mostly {_direction(d.residual[t, :3])}, with {where}"

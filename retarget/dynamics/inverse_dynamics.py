@@ -32,7 +32,7 @@ class Dynamics:
     joint_names: tuple[str, ...]
     weight: float  # [N]
     joint_torque: Float[ndarray, "T J"]  # with the contact forces below, armature included, friction not [N m]
-    touching: Bool[ndarray, "T P"]  # points that may carry force
+    in_contact: Bool[ndarray, "T P"]  # points that may carry force
     foot_force_w: Float[ndarray, "T P 3"]  # of the floor on the sole points [N]
     net_wrench_w: Float[ndarray, "T 6"]  # contact force [N] and moment about the CoM [N m] that the motion needs
     residual: Float[ndarray, "T 6"]  # the part of it that the sole points cannot give, same frame and units
@@ -61,7 +61,7 @@ class Dynamics:
     @property
     def flight(self) -> Bool[ndarray, "T"]:
         """Frames in which no point touches."""
-        return ~np.asarray(self.touching.any(axis=1))
+        return ~np.asarray(self.in_contact.any(axis=1))
 
 
 def dynamics_of(reference: Reference, robot: RobotModel) -> Dynamics:
@@ -95,20 +95,20 @@ def dynamics_of(reference: Reference, robot: RobotModel) -> Dynamics:
     needed = np.concatenate((demand.force_w, demand.moment_w), axis=1)
     arm = points.pos_w - demand.com_w[:, None]
     given = np.concatenate((forces.sum(axis=1), rot.cross(arm, forces).sum(axis=1)), axis=1)
-    zmp = _zmp(demand, ~np.asarray(points.touching.any(axis=1)))
+    zmp = _zmp(demand, ~np.asarray(points.in_contact.any(axis=1)))
     share = np.abs(torque) / robot.effort
     return Dynamics(
         fps=reference.fps,
         joint_names=robot.joint_names,
         weight=demand.weight,
         joint_torque=torque,
-        touching=points.touching,
+        in_contact=points.in_contact,
         foot_force_w=forces,
         net_wrench_w=needed,
         residual=needed - given,
         com_w=demand.com_w,
         zmp_w=zmp,
-        zmp_outside=outside_support(zmp, points.pos_w[..., :2], points.touching),
+        zmp_outside=outside_support(zmp, points.pos_w[..., :2], points.in_contact),
         effort_share=share.max(axis=1),
         worst_joint=tuple(robot.joint_names[j] for j in share.argmax(axis=1)),
         solve_error=error,

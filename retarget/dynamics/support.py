@@ -24,7 +24,7 @@ class SolePoints:
     """The soles' contact points through time. T frames, P points."""
 
     pos_w: Float[ndarray, "T P 3"]  # [m]
-    touching: Bool[ndarray, "T P"]  # may carry force
+    in_contact: Bool[ndarray, "T P"]  # may carry force
     yaw: Float[ndarray, "T P"]  # heading of the point's foot [rad]
     body: tuple[int, ...]  # place in `body_names` of the body that carries each point
 
@@ -58,16 +58,18 @@ def sole_points(reference: Reference, robot: RobotModel) -> SolePoints:
     pos = reference.body_pos_w[:, places] + rot.rotate(quat, np.broadcast_to(offsets, (*quat.shape[:2], 3)))
     parts = [heights_and_speeds(pos[a:b], reference.fps, 0.0) for a, b in pieces(reference)]
     height, speed = (np.concatenate(x) for x in zip(*parts, strict=True))
-    touches = (reference.contact[:, edges] != FREE) | _RULES.carrying.holds(height, speed)
-    near = touches.copy()
+    contacts = (reference.contact[:, edges] != FREE) | _RULES.carrying.holds(height, speed)
+    near = contacts.copy()
     for a, b in pieces(reference):
-        near[a + 1 : b] |= touches[a : b - 1]
-        near[a : b - 1] |= touches[a + 1 : b]
-    return SolePoints(pos_w=pos, touching=near & (height < _RULES.clear_height), yaw=rot.yaw(quat), body=tuple(places))
+        near[a + 1 : b] |= contacts[a : b - 1]
+        near[a : b - 1] |= contacts[a + 1 : b]
+    return SolePoints(
+        pos_w=pos, in_contact=near & (height < _RULES.clear_height), yaw=rot.yaw(quat), body=tuple(places)
+    )
 
 
 def outside_support(
-    point: Float[ndarray, "T 2"], feet: Float[ndarray, "T P 2"], touching: Bool[ndarray, "T P"]
+    point: Float[ndarray, "T 2"], feet: Float[ndarray, "T P 2"], in_contact: Bool[ndarray, "T P"]
 ) -> Float[ndarray, "T"]:
     """Distance of a point on the floor from the convex hull of the touching sole points [m]; 0 inside.
 
@@ -75,13 +77,13 @@ def outside_support(
     to all of them is the distance to the hull. A point is inside unless all others lie on one side of a line through
     it. Frames without a touching point or with NaN give 0.
     """
-    first = np.take_along_axis(feet, touching.argmax(axis=1)[:, None, None], axis=1)
-    corners = np.where(touching[..., None], feet, first)
+    first = np.take_along_axis(feet, in_contact.argmax(axis=1)[:, None, None], axis=1)
+    corners = np.where(in_contact[..., None], feet, first)
     a, b = np.triu_indices(feet.shape[1], 1)
     start, along, to = corners[:, a], corners[:, b] - corners[:, a], point[:, None] - corners[:, a]
     share = np.clip(np.sum(to * along, axis=-1) / np.maximum(np.sum(along**2, axis=-1), 1e-18), 0.0, 1.0)
     distance = np.linalg.norm(start + share[..., None] * along - point[:, None], axis=-1).min(axis=1)
     seen = np.sort(np.arctan2(*np.moveaxis(corners - point[:, None], -1, 0)[::-1]), axis=1)
     gaps = np.diff(seen, axis=1, append=seen[:, :1] + 2.0 * np.pi)
-    outside = (gaps.max(axis=1) > np.pi) & touching.any(axis=1) & np.isfinite(point).all(axis=1)
+    outside = (gaps.max(axis=1) > np.pi) & in_contact.any(axis=1) & np.isfinite(point).all(axis=1)
     return np.where(outside, distance, 0.0)

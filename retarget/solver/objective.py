@@ -11,7 +11,7 @@ from numpy import ndarray
 from clips import PIVOTING
 from retarget.config import FeetConfig, ObjectiveWeights
 from retarget.solver.free_joints import free_joints
-from retarget.targets import LIMBS, Targets, edge_share
+from retarget.targets import LIMBS, Targets, contact_share
 from robot_models import FEET, RobotModel
 from robot_models.maths import rotation as rot
 
@@ -62,10 +62,10 @@ def make_objective(
         for k, side in enumerate(FEET)
         for point in (robot.soles[side].heel, robot.soles[side].toe)
     ]
-    share = edge_share(feet, targets.fps, feet_config)
+    share = contact_share(feet, targets.fps, feet_config)
     edge_weight = np.repeat((weights.swing + share * (weights.planted - weights.swing))[..., None], 3, axis=2)
     edge_weight[..., :2][feet.contact == PIVOTING] = weights.pivot
-    touching = share.reshape(-1, 2, 2).max(axis=2)
+    in_contact = share.reshape(-1, 2, 2).max(axis=2)
     firmness = np.where(free_joints(robot), weights.free_joint, weights.posture)
     posture_weight = np.broadcast_to(firmness, posture.shape)
     if pins is not None:
@@ -81,6 +81,6 @@ def make_objective(
         foot_quat=feet.quat,
         posture=posture,
         edge_weight=edge_weight,
-        roll_weight=weights.swing_roll + touching * (weights.planted_roll - weights.swing_roll),
+        roll_weight=weights.swing_roll + in_contact * (weights.planted_roll - weights.swing_roll),
         posture_weight=posture_weight,
     )

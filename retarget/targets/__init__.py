@@ -1,9 +1,9 @@
 """What the robot shall reach: the source's contacts, and its body and feet in the robot's proportions."""
 
 from retarget.targets.ballistic_jumps import thrown
-from retarget.targets.contacts import Contacts, edge_points, find_contacts, foot_yaw_rate
+from retarget.targets.contacts import Contacts, find_contacts, foot_yaw_rate, heel_toe_points
 from retarget.targets.edits import ContactEdit, KeyFrame, edited, pinned, read_contacts, read_keys, write_contacts
-from retarget.targets.feet import FootTargets, edge_share, smoothstep
+from retarget.targets.feet import FootTargets, contact_share, smoothstep
 from retarget.targets.leads import Padded, add_leads, blend_frames, targets_of
 from retarget.targets.robot_figure import as_figure
 from retarget.targets.targets import LIMBS, Targets, joined, make_targets
@@ -19,11 +19,11 @@ __all__ = [
     "add_leads",
     "as_figure",
     "blend_frames",
-    "edge_points",
-    "edge_share",
+    "contact_share",
     "edited",
     "find_contacts",
     "foot_yaw_rate",
+    "heel_toe_points",
     "joined",
     "make_targets",
     "pinned",

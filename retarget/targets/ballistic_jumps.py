@@ -14,7 +14,7 @@ from numpy import ndarray
 
 from clips import FREE, HumanClip, heights_and_speeds, own_floor
 from retarget.config import GRAVITY, JumpConfig
-from retarget.targets.contacts import edge_points
+from retarget.targets.contacts import heel_toe_points
 from retarget.targets.targets import Targets
 from robot_models.maths import runs_of
 
@@ -41,7 +41,7 @@ def thrown(targets: Targets, source: HumanClip, config: JumpConfig = JumpConfig(
 
 def jumps(contact: Int[ndarray, "T 4"], source: HumanClip, config: JumpConfig = JumpConfig()) -> list[tuple[int, int]]:
     """Half-open frame ranges without a touch, between two touches, in which the source is in the air for certain."""
-    points = edge_points(source)
+    points = heel_toe_points(source)
     height, _ = heights_and_speeds(points, source.fps, own_floor(points))
     high = np.asarray((height > config.height).all(axis=1))
     return [

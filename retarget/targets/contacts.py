@@ -18,32 +18,32 @@ from robot_models.maths import rotation, runs_of
 class Contacts:
     """Touching edges of the source. Columns are left heel, left toe, right heel, right toe."""
 
-    touching: Bool[ndarray, "T 4"]
+    in_contact: Bool[ndarray, "T 4"]
     pivoting: Bool[ndarray, "T 2"]  # per foot: touching and turning faster than a planted foot would
 
     @property
     def labels(self) -> Int[ndarray, "T 4"]:
         """FREE, PLANTED or PIVOTING per edge."""
         pivot = np.repeat(self.pivoting, 2, axis=1)
-        return np.where(self.touching, np.where(pivot, PIVOTING, PLANTED), FREE)
+        return np.where(self.in_contact, np.where(pivot, PIVOTING, PLANTED), FREE)
 
 
 def find_contacts(clip: HumanClip, config: ContactConfig) -> Contacts:
     """Detect touches on the clip's own ankle and toe points (the ankle stands for the heel)."""
-    points = edge_points(clip)
+    points = heel_toe_points(clip)
     height, speed = heights_and_speeds(points, clip.fps, own_floor(points, config.floor_percentile))
     tight, loose = config.tight.holds(height, speed), config.loose.holds(height, speed)
     shortest = max(1, round(config.min_duration_s * clip.fps))
-    touching = np.stack([_hysteresis(tight[:, k], loose[:, k], shortest) for k in range(4)], axis=1)
+    in_contact = np.stack([_hysteresis(tight[:, k], loose[:, k], shortest) for k in range(4)], axis=1)
     turning: ndarray = np.greater(np.abs(foot_yaw_rate(clip)), config.pivot_rate)
-    both = np.asarray(touching.reshape(-1, 2, 2).any(axis=2))
+    both = np.asarray(in_contact.reshape(-1, 2, 2).any(axis=2))
     return Contacts(
-        touching=touching,
+        in_contact=in_contact,
         pivoting=np.stack([_close(turning[:, s] & both[:, s], shortest) for s in range(2)], axis=1) & both,
     )
 
 
-def edge_points(clip: HumanClip) -> Float[ndarray, "T 4 3"]:
+def heel_toe_points(clip: HumanClip) -> Float[ndarray, "T 4 3"]:
     """Ankle and toe of each foot [m]; the ankle again where the clip has no toe."""
     columns = []
     for side in FEET:
@@ -56,7 +56,7 @@ def edge_points(clip: HumanClip) -> Float[ndarray, "T 4 3"]:
 
 def foot_yaw_rate(clip: HumanClip) -> Float[ndarray, "T 2"]:
     """Yaw rate of the ankle-to-toe direction per foot [rad/s]; 0 where the foot points up or down."""
-    points = edge_points(clip).reshape(-1, 2, 2, 3)
+    points = heel_toe_points(clip).reshape(-1, 2, 2, 3)
     along = points[:, :, 1] - points[:, :, 0]
     flat = np.linalg.norm(along[..., :2], axis=-1) > 0.5 * np.linalg.norm(along, axis=-1)
     yaw = np.unwrap(np.arctan2(along[..., 1], along[..., 0]), axis=0)

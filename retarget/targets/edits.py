@@ -86,14 +86,14 @@ def write_contacts(contacts: Contacts, fps: float, path: Path) -> None:
 
 def edited(contacts: Contacts, edits: Iterable[ContactEdit], fps: float) -> Contacts:
     """The touches with the user's own over them; later edits win."""
-    touching, pivoting = contacts.touching.copy(), contacts.pivoting.copy()
+    in_contact, pivoting = contacts.in_contact.copy(), contacts.pivoting.copy()
     for edit in edits:
         frames = slice(max(0, round(edit.start * fps)), max(0, round(edit.end * fps)))
         edge = CONTACT_NAMES.index(edit.edge)
-        touching[frames, edge] = edit.kind != "free"
+        in_contact[frames, edge] = edit.kind != "free"
         pivoting[frames, edge // 2] = edit.kind == "pivoting"
-    both = touching.reshape(-1, 2, 2).any(axis=2)
-    return replace(contacts, touching=touching, pivoting=pivoting & both)
+    both = in_contact.reshape(-1, 2, 2).any(axis=2)
+    return replace(contacts, in_contact=in_contact, pivoting=pivoting & both)
 
 
 def pinned(keys: Iterable[KeyFrame], robot: RobotModel, frames: int, fps: float) -> Float[ndarray, "T J"]:

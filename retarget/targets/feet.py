@@ -61,7 +61,7 @@ def foot_targets(
     )
 
 
-def edge_share(feet: FootTargets, fps: float, config: FeetConfig = FeetConfig()) -> Float[ndarray, "T 4"]:
+def contact_share(feet: FootTargets, fps: float, config: FeetConfig = FeetConfig()) -> Float[ndarray, "T 4"]:
     """Per edge 1 while it touches, falling smoothly to 0 when it does not: how firmly the solver shall hold it."""
     share = np.zeros(feet.contact.shape)
     for k in range(4):
@@ -73,7 +73,7 @@ def edge_share(feet: FootTargets, fps: float, config: FeetConfig = FeetConfig())
 
 def flat_height(clip: HumanClip, contacts: Contacts, foot: int) -> float:
     """Height of the source's ankle while its foot stands flat [m]: where its floor is for the robot."""
-    flat = contacts.touching[:, 2 * foot : 2 * foot + 2].all(axis=1)
+    flat = contacts.in_contact[:, 2 * foot : 2 * foot + 2].all(axis=1)
     z = clip.point(f"{FEET[foot]}_ankle")[:, 2]
     return float(np.median(z[flat])) if flat.any() else float(np.percentile(z, 5.0))
 
@@ -82,7 +82,7 @@ def _one_foot(
     clip: HumanClip, contacts: Contacts, foot: int, sole: Sole, scale: float, config: FeetConfig
 ) -> tuple[ndarray, ndarray, ndarray]:
     side = FEET[foot]
-    heel, toe = contacts.touching[:, 2 * foot], contacts.touching[:, 2 * foot + 1]
+    heel, toe = contacts.in_contact[:, 2 * foot], contacts.in_contact[:, 2 * foot + 1]
     pivot = contacts.pivoting[:, foot]
     quat = foot_frames(clip, side, heel & toe & ~pivot)
     pos = scale * (clip.point(f"{side}_ankle") - flat_height(clip, contacts, foot) * _Z) - sole.z * _Z

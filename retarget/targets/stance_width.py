@@ -35,8 +35,8 @@ def drawn_in(
     """
     moved = np.zeros_like(feet.shift)
     for k, side in enumerate(FEET):
-        touching = feet.contact[:, 2 * k : 2 * k + 2] != FREE
-        flat, stands = touching.all(axis=1), touching.any(axis=1)
+        in_contact = feet.contact[:, 2 * k : 2 * k + 2] != FREE
+        flat, stands = in_contact.all(axis=1), in_contact.any(axis=1)
         yaw = rot.yaw(feet.quat[:, k])
         left = np.stack((-np.sin(yaw), np.cos(yaw)), axis=-1)
         leg = hips[:, k] - feet.pos[:, k]

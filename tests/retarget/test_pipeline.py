@@ -13,7 +13,7 @@ from clips.reference import make_reference
 from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, flight_fit, measure, retarget
 from retarget.targets.contacts import find_contacts
 from retarget.targets.robot_figure import as_figure
-from robot_models import leg_length, load_robot, sole_edges
+from robot_models import heel_toe_positions, leg_length, load_robot
 from robot_models.maths import rotation as rot
 from robot_models.maths.smoothing import smooth
 
@@ -31,16 +31,16 @@ def test_the_sample_dance_passes_every_gate(groove):
 
 def test_the_source_itself_has_the_flaws_that_were_mended(groove):
     source = groove.source
-    touching = groove.contacts.touching
+    in_contact = groove.contacts.in_contact
     heights = source.point("right_ankle")[:, 2]
-    assert np.ptp(heights[touching[:, 2]]) > 0.01  # the sunk foot
-    left = source.point("left_ankle")[touching[:, 0]]
+    assert np.ptp(heights[in_contact[:, 2]]) > 0.01  # the sunk foot
+    left = source.point("left_ankle")[in_contact[:, 0]]
     assert np.ptp(left[:40, 0]) > 0.003  # the creeping foot
 
 
 def test_planted_edges_do_not_move_within_a_stance(groove):
     robot, r = load_robot("dancer"), groove.reference
-    edges = sole_edges(robot, r.body_pos_w, r.body_quat_w)
+    edges = heel_toe_positions(robot, r.body_pos_w, r.body_quat_w)
     planted = (r.contact[1:] == 1) & (r.contact[:-1] == 1)
     speed = np.linalg.norm(np.diff(edges[..., :2], axis=0), axis=-1) * r.fps
     assert np.percentile(speed[planted], 95) < 0.02
@@ -121,7 +121,7 @@ def test_a_jump_stays_a_jump():
     share, source = (value(result.report, key) for key in (MetricKey.AIRBORNE, MetricKey.AIRBORNE_SOURCE))
     assert abs(share - source) < 6.0
     robot, r = load_robot("dancer"), result.reference
-    edges = sole_edges(robot, r.body_pos_w, r.body_quat_w)
+    edges = heel_toe_positions(robot, r.body_pos_w, r.body_quat_w)
     assert edges[r.dance, :, 2].min(axis=1).max() > 0.15  # both feet really leave the floor
 
 
@@ -147,10 +147,10 @@ def test_contacts_need_both_low_and_slow(rng):
     clip = resample(jump(0.5, 0.3), 50.0)
     contacts = find_contacts(clip, ContactConfig())
     flying = slice(55, 70)
-    assert not contacts.touching[flying].any()
-    assert contacts.touching[:40].all() and contacts.touching[-30:].all()
+    assert not contacts.in_contact[flying].any()
+    assert contacts.in_contact[:40].all() and contacts.in_contact[-30:].all()
     sliding = clip.positions + np.linspace(0, 2.0, clip.frames)[:, None, None] * [1.0, 0, 0]  # 0.8 m/s over the floor
-    assert not find_contacts(dataclasses.replace(clip, positions=sliding), ContactConfig()).touching.any()
+    assert not find_contacts(dataclasses.replace(clip, positions=sliding), ContactConfig()).in_contact.any()
 
 
 def test_hysteresis_bridges_one_noisy_frame():
@@ -158,7 +158,7 @@ def test_hysteresis_bridges_one_noisy_frame():
     noisy = clip.positions.copy()
     noisy[30, :, 0] += 0.004  # one frame at 0.2 m/s either side
     contacts = find_contacts(dataclasses.replace(clip, positions=noisy), ContactConfig())
-    assert contacts.touching[10:-10].all()
+    assert contacts.in_contact[10:-10].all()
 
 
 def test_the_report_sees_what_it_is_made_to_see(groove):

@@ -10,7 +10,7 @@ from standing import reference_of, standing
 
 from clips import MetricKey, RobotClip
 from retarget import Gates, Metric, Report, measure
-from retarget.report import touch_labels
+from retarget.report import contact_labels
 from retarget.targets.robot_figure import as_figure
 from robot_models.maths import rotation as rot
 
@@ -130,12 +130,12 @@ def test_dynamics_add_two_numbers_and_change_no_other(dancer):
 
 def test_the_fixed_rule_of_touching_turns_with_the_world_and_drops_what_is_short():
     clip = stepping()
-    here, there = touch_labels(clip), touch_labels(elsewhere(clip, 1.0, (2.0, 0.0, 0.5)))
+    here, there = contact_labels(clip), contact_labels(elsewhere(clip, 1.0, (2.0, 0.0, 0.5)))
     np.testing.assert_array_equal(here, there)
-    touching, pivoting = here
-    assert (pivoting <= touching).all() and pivoting.any() and not touching.all()
+    in_contact, pivoting = here
+    assert (pivoting <= in_contact).all() and pivoting.any() and not in_contact.all()
     ankles, toes = standing_feet(FRAMES)
     for points in (ankles, toes):
         points[10:30, 0, 2] += 0.2
         points[20:23, 0, 2] -= 0.2  # down for three frames, of which one is slow
-    assert not touch_labels(person(ankles, toes))[0][12:28, :2].any()
+    assert not contact_labels(person(ankles, toes))[0][12:28, :2].any()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from any_pose import awkward, posed, random_qpos
 
-from robot_models import CONTACT_NAMES, body_states, forward_kinematics, sole_corners, sole_edges
+from robot_models import CONTACT_NAMES, body_states, forward_kinematics, heel_toe_positions, sole_corners
 from robot_models.build import CONTACT_RADIUS
 from robot_models.kinematics import joint_axes
 from robot_models.maths import rotation as rot
@@ -112,7 +112,7 @@ def test_corners_lie_under_the_contact_points_of_the_physics(dancer, rng):
 
 def test_edges_are_named_as_contacts_are_heel_before_toe_left_before_right(dancer):
     q = dancer.default_qpos[None].copy()
-    edges = dict(zip(CONTACT_NAMES, sole_edges(dancer, *forward_kinematics(dancer, q))[0], strict=True))
+    edges = dict(zip(CONTACT_NAMES, heel_toe_positions(dancer, *forward_kinematics(dancer, q))[0], strict=True))
     for side, sign in (("left", 1.0), ("right", -1.0)):  # the dancer faces +x: its left is +y
         heel, toe = edges[f"{side}_heel"], edges[f"{side}_toe"]
         assert toe[0] > heel[0] and sign * heel[1] > 0 and sign * toe[1] > 0

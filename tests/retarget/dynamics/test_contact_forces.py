@@ -42,7 +42,7 @@ def test_standing_needs_the_weight_and_gets_it(dancer):
     # What choosing among forces costs: 1e-5 of a gate, and some.
     np.testing.assert_allclose(d.residual, 0.0, atol=1e-4 * d.weight * 0.25)
     np.testing.assert_allclose(d.zmp_w, d.com_w[:, :2], atol=1e-12)
-    assert (d.zmp_outside == 0.0).all() and d.touching.all()
+    assert (d.zmp_outside == 0.0).all() and d.in_contact.all()
     assert d.score.max() < 0.1 and not hardest(d)
     model = free_model(dancer)
     data, theirs = mujoco_inverse(model, dancer.default_qpos, np.zeros(model.nv), np.zeros(model.nv))
@@ -55,7 +55,7 @@ def test_forces_stay_in_the_friction_cone_and_on_touching_points(groove_like):
     robot, _, d = groove_like
     tangent = np.linalg.norm(d.foot_force_w[..., :2], axis=-1)
     assert (tangent <= robot.profile.friction * d.foot_force_w[..., 2] + 1e-9).all()
-    assert (d.foot_force_w[~d.touching] == 0.0).all()
+    assert (d.foot_force_w[~d.in_contact] == 0.0).all()
     assert d.solve_error.max() < 1e-6
 
 
@@ -108,9 +108,9 @@ def test_nonnegative_ridge_agrees_with_lawson_and_hanson(rng):
 
 def test_outside_support_agrees_with_a_polygon_by_hand():
     feet = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [5.0, 5.0]])
-    touching = np.array([True, True, True, True, False])
+    in_contact = np.array([True, True, True, True, False])
     at = np.array([[0.5, 0.5], [0.9, 0.2], [1.5, 0.5], [2.0, 2.0], [0.3, -0.2], [np.nan, 0.0]])
-    many = outside_support(at, np.repeat(feet[None], 6, 0), np.repeat(touching[None], 6, 0))
+    many = outside_support(at, np.repeat(feet[None], 6, 0), np.repeat(in_contact[None], 6, 0))
     np.testing.assert_allclose(many, [0.0, 0.0, 0.5, np.sqrt(2.0), 0.2, 0.0], atol=1e-12)
     # One point, a line, nothing.
     one, line, none = np.eye(5, dtype=bool)[0], np.array([1, 1, 0, 0, 0], dtype=bool), np.zeros(5, dtype=bool)
@@ -136,7 +136,7 @@ def test_a_point_carries_where_it_is_labelled_or_low_and_slow_and_one_frame_arou
     label = np.zeros((12, 4), dtype=int)
     label[5] = [1, 0, 2, 0]
     points = sole_points(reference_of(dancer, qpos, label=label), dancer)
-    edges = points.touching[:, [0, 2, 4, 6]]  # left heel, left toe, right heel, right toe
+    edges = points.in_contact[:, [0, 2, 4, 6]]  # left heel, left toe, right heel, right toe
     low = [True] * 4 + [True] + [False] * 7  # frame 4 is 5 mm high and as fast as 0.25 m/s; frame 5 beside it
     np.testing.assert_array_equal(edges[:, 1], np.array(low) | (np.arange(12) == 5))
     # The label at frame 5 (1 cm high) reaches frame 6 (2 cm); 3 cm is too high for any.
@@ -144,4 +144,4 @@ def test_a_point_carries_where_it_is_labelled_or_low_and_slow_and_one_frame_arou
     np.testing.assert_array_equal(edges[:, 2:], edges[:, :2])
     late = np.zeros((12, 4), dtype=int)
     late[9:] = 1
-    assert not sole_points(reference_of(dancer, qpos, label=late), dancer).touching[9:].any()
+    assert not sole_points(reference_of(dancer, qpos, label=late), dancer).in_contact[9:].any()

@@ -74,24 +74,24 @@ def test_the_cause_is_the_part_that_makes_the_score():
 
 
 def test_the_frame_that_is_named_is_the_worst_and_tells_what_touches_there():
-    touching = np.ones(FRAMES, dtype=bool)
-    touching[52:] = False
+    in_contact = np.ones(FRAMES, dtype=bool)
+    in_contact[52:] = False
     force = peaks((50, 55, 1.0))
     for t, said in ((51, "8 of 8 sole points touching"), (53, "nothing touching the floor")):
         one = force.copy()
         one[t] *= 3.0
-        (worst,) = hardest(dynamics_by_hand(FRAMES, force=one, touching=touching))
+        (worst,) = hardest(dynamics_by_hand(FRAMES, force=one, in_contact=in_contact))
         assert f"at {t / 50.0:.2f} s" in worst.text and said in worst.text
 
 
 def flying(frames=20, fps=50.0, gravity=G, drift=0.0):
     """A centre of mass that is thrown for so many frames between two stands at heights that differ by `drift`."""
-    touching = np.ones(frames + 20, dtype=bool)
-    touching[10 : 10 + frames] = False
+    in_contact = np.ones(frames + 20, dtype=bool)
+    in_contact[10 : 10 + frames] = False
     t = np.clip((np.arange(frames + 20) - 9) / fps, 0.0, (frames + 1) / fps)
     z = 0.9 + 0.5 * gravity * t * (t.max() - t) + drift * t / t.max()
-    lift = np.where(touching, 1.0, 1.0 - gravity / G)
-    return dynamics_by_hand(frames + 20, fps, touching=touching, com_z=z, lift=lift)
+    lift = np.where(in_contact, 1.0, 1.0 - gravity / G)
+    return dynamics_by_hand(frames + 20, fps, in_contact=in_contact, com_z=z, lift=lift)
 
 
 @pytest.mark.parametrize("drift", [0.0, 0.2, -0.3])
@@ -114,7 +114,7 @@ def test_flights_shorter_than_asked_are_left_out(frames, count):
 
 
 def test_a_flight_at_either_end_of_the_clip_ends_with_it():
-    touching = np.ones(40, dtype=bool)
-    touching[:10] = touching[30:] = False
-    first, last = flight_fit(dynamics_by_hand(40, touching=touching))
+    in_contact = np.ones(40, dtype=bool)
+    in_contact[:10] = in_contact[30:] = False
+    first, last = flight_fit(dynamics_by_hand(40, in_contact=in_contact))
     assert (first.start_s, first.end_s) == (0.0, 0.2) and (last.start_s, last.end_s) == (29 / 50.0, 39 / 50.0)

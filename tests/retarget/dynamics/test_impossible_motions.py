@@ -41,7 +41,7 @@ def test_leaning_over_the_toes_is_missed_by_the_zmp(dancer):
     qpos[:, :3] = at + rot.rotate(tip, qpos[:, :3] - at)
     qpos[:, 3:7] = rot.multiply(tip, qpos[:, 3:7])
     d = dynamics_of(reference_of(dancer, qpos), dancer)
-    assert d.touching[0].sum() == 4
+    assert d.in_contact[0].sum() == 4
     np.testing.assert_allclose(d.zmp_outside, d.com_w[:, 0] - at[0], atol=1e-9)
     assert d.zmp_outside[0] > 0.1 and d.score.min() > 0.3
 

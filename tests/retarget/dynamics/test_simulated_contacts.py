@@ -111,7 +111,7 @@ def test_on_one_leg_foot_force_and_torques_are_the_simulators(dancer):
     assert not feet[:, 1].any()
     d = dynamics_of(reference_of(dancer, qpos, label=np.array([1, 1, 0, 0]), fps=100.0), dancer)
     inner = slice(2, -2)
-    assert d.touching[:, :4].all() and not d.touching[:, 4:].any()
+    assert d.in_contact[:, :4].all() and not d.in_contact[:, 4:].any()
     np.testing.assert_allclose(d.foot_force_w[inner].sum(axis=1), feet[inner, 0, :3], atol=5e-4 * d.weight)
     # The foot's wrench follows from the motion, so the torques do.
     np.testing.assert_allclose(d.joint_torque[inner], motors[inner], atol=5e-4 * np.abs(motors).max())

@@ -8,7 +8,7 @@ from person import ANKLE, backwards, elsewhere, person, standing_feet, stepping,
 
 from clips import FREE, PIVOTING, PLANTED
 from retarget import ContactConfig
-from retarget.targets.contacts import edge_points, find_contacts, foot_yaw_rate
+from retarget.targets.contacts import find_contacts, foot_yaw_rate, heel_toe_points
 from robot_models.maths import rotation as rot
 from robot_models.maths.intervals import runs_of
 
@@ -19,7 +19,7 @@ FPS, FRAMES = 50.0, 100
 
 def speeds(clip):
     """Of all edges, as central differences see them [m/s]."""
-    return np.linalg.norm(rot.linear_velocity(edge_points(clip), 1.0 / clip.fps), axis=-1)
+    return np.linalg.norm(rot.linear_velocity(heel_toe_points(clip), 1.0 / clip.fps), axis=-1)
 
 
 def shaken(amount, rng):
@@ -42,9 +42,9 @@ def lifted(frames, fps):
     return person(ankles, toes, fps)
 
 
-def longest_gap(touching):
+def longest_gap(in_contact):
     """Of an edge between two touches [frames]."""
-    return max((b - a for a, b in runs_of(~touching) if 0 < a and b < len(touching)), default=0)
+    return max((b - a for a, b in runs_of(~in_contact) if 0 < a and b < len(in_contact)), default=0)
 
 
 def test_noise_beyond_the_tight_speed_and_within_the_loose_one_breaks_no_touch_and_would_without_hysteresis(rng):
@@ -53,8 +53,8 @@ def test_noise_beyond_the_tight_speed_and_within_the_loose_one_breaks_no_touch_a
     fast = speeds(clip) > CONFIG.tight_speed
     # It really crosses the one, and not the other.
     assert fast.sum(axis=0).min() > 8 and speeds(clip).max() < CONFIG.loose_speed
-    assert find_contacts(clip, CONFIG).touching.all()
-    strict = find_contacts(clip, STRICT).touching
+    assert find_contacts(clip, CONFIG).in_contact.all()
+    strict = find_contacts(clip, STRICT).in_contact
     assert len(runs_of(~strict[:, 0])) > 2 and longest_gap(strict[:, 0]) >= 3  # shorter gaps are closed there as well
 
 
@@ -67,13 +67,13 @@ def test_noise_over_the_tight_height_and_under_the_loose_one_breaks_no_touch_and
     clip = person(ankles, toes)
     assert speeds(clip).max() < CONFIG.tight_speed
     assert ((ankles[..., 2] - ANKLE) > CONFIG.tight_height).sum() > 10
-    assert find_contacts(clip, CONFIG).touching.all()
-    assert not find_contacts(clip, STRICT).touching[45:55].any()
+    assert find_contacts(clip, CONFIG).in_contact.all()
+    assert not find_contacts(clip, STRICT).in_contact[45:55].any()
 
 
 def test_noise_beyond_the_loose_speed_breaks_a_touch_with_hysteresis_too(rng):
     clip = shaken(1.2 * CONFIG.loose_speed, rng)
-    assert len(runs_of(~find_contacts(clip, CONFIG).touching[:, 0])) > 2
+    assert len(runs_of(~find_contacts(clip, CONFIG).in_contact[:, 0])) > 2
 
 
 def test_a_touch_that_is_never_tight_is_none_however_long_it_is_loose():
@@ -81,7 +81,7 @@ def test_a_touch_that_is_never_tight_is_none_however_long_it_is_loose():
     drift = 0.5 * (CONFIG.tight_speed + CONFIG.loose_speed) * np.arange(FRAMES) / FPS
     for points in (ankles, toes):
         points[..., 0] += drift[:, None]
-    assert not find_contacts(person(ankles, toes), CONFIG).touching.any()
+    assert not find_contacts(person(ankles, toes), CONFIG).in_contact.any()
 
 
 @pytest.mark.parametrize(
@@ -91,11 +91,11 @@ def test_a_touch_that_is_never_tight_is_none_however_long_it_is_loose():
 )
 def test_a_gap_shorter_than_the_shortest_duration_is_closed_and_one_as_long_is_kept(fps, up, gap):
     clip, shortest = lifted(up, fps), round(CONFIG.min_duration_s * fps)
-    raw = find_contacts(clip, dataclasses.replace(CONFIG, min_duration_s=0.0)).touching
+    raw = find_contacts(clip, dataclasses.replace(CONFIG, min_duration_s=0.0)).in_contact
     assert longest_gap(raw[:, 0]) == longest_gap(raw[:, 1]) == gap
-    touching = find_contacts(clip, CONFIG).touching
-    assert longest_gap(touching[:, 0]) == (gap if gap >= shortest else 0)
-    assert touching[:, 2:].all()  # the other foot stood
+    in_contact = find_contacts(clip, CONFIG).in_contact
+    assert longest_gap(in_contact[:, 0]) == (gap if gap >= shortest else 0)
+    assert in_contact[:, 2:].all()  # the other foot stood
 
 
 @pytest.mark.parametrize(("held", "found"), [(2, False), (3, True)])
@@ -108,10 +108,10 @@ def test_a_touch_shorter_than_the_shortest_duration_is_dropped(held, found):
     down[:20] = True  # a stand, so that the floor is known
     for points in (ankles, toes):
         points[~down, 0, 2] += 0.15
-    touching = find_contacts(person(ankles, toes), CONFIG).touching
-    assert touching[:18, :2].all() and touching[:, 2:].all()
-    assert touching[55:70, 0].any() == found and touching[55:70, 1].any() == found
-    assert not found or touching[55:70, 0].sum() == held
+    in_contact = find_contacts(person(ankles, toes), CONFIG).in_contact
+    assert in_contact[:18, :2].all() and in_contact[:, 2:].all()
+    assert in_contact[55:70, 0].any() == found and in_contact[55:70, 1].any() == found
+    assert not found or in_contact[55:70, 0].sum() == held
 
 
 @pytest.mark.parametrize(("share", "label"), [(0.8, PLANTED), (1.25, PIVOTING)])
@@ -124,7 +124,7 @@ def test_a_touching_foot_pivots_if_it_turns_faster_than_the_pivot_rate(share, la
     yaw = np.zeros((FRAMES, 2))
     yaw[:, side] = sign * share * CONFIG.pivot_rate * t
     contacts = find_contacts(person(ankles, ankles + toes_ahead(yaw)), CONFIG)
-    assert contacts.touching.all()
+    assert contacts.in_contact.all()
     heel, toe = contacts.labels[45:60, 2 * side : 2 * side + 2].T
     assert (heel == label).all() and (toe == label).all()  # a foot turns as one
     other = contacts.labels[:, 2 * (1 - side) : 2 * (1 - side) + 2]
@@ -202,20 +202,20 @@ def test_an_edge_is_judged_by_its_own_floor(side):
     raised = [k for k, n in enumerate(clip.names) if n == ("left_ankle", "right_toe")[side]]
     positions[:, raised, 2] += 0.3
     other = find_contacts(dataclasses.replace(clip, positions=positions), CONFIG)
-    np.testing.assert_array_equal(other.touching, find_contacts(clip, CONFIG).touching)
+    np.testing.assert_array_equal(other.in_contact, find_contacts(clip, CONFIG).in_contact)
 
 
 def test_without_toes_the_ankle_stands_for_both_edges_and_no_foot_pivots():
     clip = stepping()
     bare = dataclasses.replace(clip, landmarks={k: n for k, n in clip.landmarks.items() if "toe" not in k})
     contacts, whole = find_contacts(bare, CONFIG), find_contacts(clip, CONFIG)
-    np.testing.assert_array_equal(contacts.touching[:, ::2], whole.touching[:, ::2])
-    np.testing.assert_array_equal(contacts.touching[:, 1::2], whole.touching[:, ::2])
+    np.testing.assert_array_equal(contacts.in_contact[:, ::2], whole.in_contact[:, ::2])
+    np.testing.assert_array_equal(contacts.in_contact[:, 1::2], whole.in_contact[:, ::2])
     assert not contacts.pivoting.any() and whole.pivoting.any()
 
 
 def test_a_heel_that_rises_leaves_its_toe_touching():
     ankles, toes = standing_feet(FRAMES)
     ankles[30:70, 0, 2] += 0.1 * np.sin(np.pi * np.arange(40) / 40) ** 2
-    touching = find_contacts(person(ankles, toes), CONFIG).touching
-    assert touching[:, 1].all() and not touching[45:55, 0].any()
+    in_contact = find_contacts(person(ankles, toes), CONFIG).in_contact
+    assert in_contact[:, 1].all() and not in_contact[45:55, 0].any()

@@ -77,7 +77,7 @@ def test_a_flat_stance_is_one_pose_flat_on_the_floor_however_noisy_the_source(ro
     feet = targets(clip, robot)
     still = 0
     for k in range(2):
-        flat = contacts.touching[:, 2 * k : 2 * k + 2].all(axis=1) & ~contacts.pivoting[:, k]
+        flat = contacts.in_contact[:, 2 * k : 2 * k + 2].all(axis=1) & ~contacts.pivoting[:, k]
         for a, b in runs_of(flat):
             still += b - a
             assert np.ptp(feet.pos[a:b, k], axis=0).max() < 1e-12
@@ -187,7 +187,7 @@ def test_the_floor_of_a_foot_is_where_it_stands_flat():
     clip = stepping()
     contacts = find_contacts(clip, CONFIG)
     assert flat_height(clip, contacts, 0) == pytest.approx(ANKLE, abs=2e-3)
-    never = dataclasses.replace(contacts, touching=np.zeros_like(contacts.touching))
+    never = dataclasses.replace(contacts, in_contact=np.zeros_like(contacts.in_contact))
     assert flat_height(clip, never, 0) == pytest.approx(ANKLE, abs=2e-3)
     assert PIVOTING in contacts.labels
 

@@ -9,7 +9,7 @@ from clips.clip import REQUIRED
 from clips.provenance import ClipSource
 from retarget.targets.robot_figure import as_figure
 from retarget.targets.segment_frames import foot_frames, trunk_frames
-from robot_models import FEET, forward_kinematics, load_robot, sole_edges
+from robot_models import FEET, forward_kinematics, heel_toe_positions, load_robot
 from robot_models.maths import rotation as rot
 
 
@@ -37,7 +37,7 @@ def test_points_are_where_the_bodies_are_and_toes_where_the_soles_end(robot, rng
         ("pelvis", "pelvis"),
     ):
         np.testing.assert_allclose(figure.point(landmark), pos[:, robot.landmark(body)], atol=1e-12)
-    edges = sole_edges(robot, pos, quat)
+    edges = heel_toe_positions(robot, pos, quat)
     for k, side in enumerate(FEET):
         np.testing.assert_allclose(figure.point(f"{side}_toe"), edges[:, 2 * k + 1], atol=1e-9)
     assert set(REQUIRED) <= set(figure.landmarks) and figure.upright

@@ -6,7 +6,7 @@ from conftest import SAMPLES
 
 from clips import FREE, cut, read_clip
 from retarget import medley
-from robot_models import sole_edges
+from robot_models import heel_toe_positions
 from robot_models.maths import rotation as rot
 
 
@@ -39,7 +39,7 @@ def test_the_next_dance_begins_where_the_last_one_ended(song):
 def test_feet_step_across_and_do_not_slide(song, dancer):
     r = song[0].reference
     bridge = slice(*r.segments[2, :2])
-    edges = sole_edges(dancer, r.body_pos_w, r.body_quat_w)[bridge]
+    edges = heel_toe_positions(dancer, r.body_pos_w, r.body_quat_w)[bridge]
     planted = r.contact[bridge] != FREE
     speed = np.linalg.norm(np.diff(edges[..., :2], axis=0), axis=-1) * r.fps
     assert np.percentile(speed[planted[1:] & planted[:-1]], 95) < 0.05

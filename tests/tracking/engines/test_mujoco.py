@@ -49,8 +49,8 @@ def test_time_passes_as_control_periods_do(dancer, drawn):
 
 def test_only_soles_touch_in_training_and_the_robot_keeps_its_own_contacts(dancer):
     model = training_model(dancer, 0.005)
-    touching = {model.geom(g).name for g in range(model.ngeom) if model.geom_contype[g] or model.geom_conaffinity[g]}
-    assert {n for n in touching if "_sole_" not in n} == {"floor"} and len(touching) == 9
+    in_contact = {model.geom(g).name for g in range(model.ngeom) if model.geom_contype[g] or model.geom_conaffinity[g]}
+    assert {n for n in in_contact if "_sole_" not in n} == {"floor"} and len(in_contact) == 9
     assert dancer.model.geom_contype[body_geoms(dancer)].any()
     assert model.opt.timestep == 0.005 and training_model(dancer, 0.002).opt.timestep == 0.002
 
