@@ -23,7 +23,7 @@ from retarget.targets import (
     ContactEdit,
     Contacts,
     KeyFrame,
-    Padded,
+    MotionWithLeads,
     Targets,
     add_leads,
     as_figure,
@@ -31,7 +31,7 @@ from retarget.targets import (
     find_contacts,
     make_targets,
     pinned,
-    thrown,
+    raise_jumps,
 )
 from robot_models import RobotError, RobotModel
 from robot_models.maths import one_blas_thread
@@ -126,7 +126,7 @@ def prepared(
     recorded = recentred(resample(repaired(clip), config.fps))
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
     labelled = edited(find_contacts(source, config.contact), contacts, config.fps)
-    targets = thrown(make_targets(source, labelled, robot, config), source, config.jumps)
+    targets = raise_jumps(make_targets(source, labelled, robot, config), source, config.jumps)
     posture = _posture(recorded, robot, targets)
     objective = make_objective(robot, targets, config.weights, posture[:, 7:], feet_config=config.feet)
     return Prepared(
@@ -158,7 +158,7 @@ def _posture(recorded: Clip, robot: RobotModel, targets: Targets) -> Float[ndarr
 
 def solved(
     robot: RobotModel,
-    padded: Padded,
+    padded: MotionWithLeads,
     posture: Float[ndarray, "T nq"],
     pins: Float[ndarray, "T J"],
     config: RetargetConfig,
@@ -179,7 +179,9 @@ def solved(
     )
 
 
-def reference_of(robot: RobotModel, qpos: Float[ndarray, "T nq"], padded: Padded, config: RetargetConfig) -> Reference:
+def reference_of(
+    robot: RobotModel, qpos: Float[ndarray, "T nq"], padded: MotionWithLeads, config: RetargetConfig
+) -> Reference:
     """The solved motion with its labels and segments."""
     return make_reference(
         robot,

@@ -1,10 +1,10 @@
 """What the robot shall reach: the source's contacts, and its body and feet in the robot's proportions."""
 
-from retarget.targets.ballistic_jumps import thrown
+from retarget.targets.ballistic_jumps import raise_jumps
 from retarget.targets.contacts import Contacts, find_contacts, foot_yaw_rate, heel_toe_points
 from retarget.targets.edits import ContactEdit, KeyFrame, edited, pinned, read_contacts, read_keys, write_contacts
 from retarget.targets.feet import FootTargets, contact_share, smoothstep
-from retarget.targets.leads import Padded, add_leads, blend_frames, targets_of
+from retarget.targets.leads import MotionWithLeads, add_leads, blend_frames, targets_of
 from retarget.targets.robot_figure import as_figure
 from retarget.targets.targets import LIMBS, Targets, joined, make_targets
 
@@ -14,7 +14,7 @@ __all__ = [
     "Contacts",
     "FootTargets",
     "KeyFrame",
-    "Padded",
+    "MotionWithLeads",
     "Targets",
     "add_leads",
     "as_figure",
@@ -27,10 +27,10 @@ __all__ = [
     "joined",
     "make_targets",
     "pinned",
+    "raise_jumps",
     "read_contacts",
     "read_keys",
     "smoothstep",
     "targets_of",
-    "thrown",
     "write_contacts",
 ]

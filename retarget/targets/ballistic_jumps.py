@@ -19,7 +19,7 @@ from retarget.targets.targets import Targets
 from robot_models.maths import runs_of
 
 
-def thrown(targets: Targets, source: HumanClip, config: JumpConfig = JumpConfig()) -> Targets:
+def raise_jumps(targets: Targets, source: HumanClip, config: JumpConfig = JumpConfig()) -> Targets:
     """The targets with every jump of the source raised, or lowered, to g T^2 / 8 over its chord.
 
     Args:

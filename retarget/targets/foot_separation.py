@@ -17,7 +17,7 @@ from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of
 
 
-def parted(feet: FootTargets, robot: RobotModel, fps: float, config: FeetConfig = FeetConfig()) -> FootTargets:
+def separate_feet(feet: FootTargets, robot: RobotModel, fps: float, config: FeetConfig = FeetConfig()) -> FootTargets:
     """The same feet, no sole on another: of two that stand each gives way by half, else the one that swings.
 
     Args:

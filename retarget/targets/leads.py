@@ -17,7 +17,7 @@ from robot_models.maths import rotation as rot
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Padded:
+class MotionWithLeads:
     """A rough motion and its targets, with leads."""
 
     qpos: Float[ndarray, "T nq"]
@@ -32,7 +32,9 @@ class Padded:
         return slice(int(dances[0, 0]), int(dances[-1, 1]))
 
 
-def add_leads(robot: RobotModel, qpos: Float[ndarray, "T nq"], targets: Targets, config: RetargetConfig) -> Padded:
+def add_leads(
+    robot: RobotModel, qpos: Float[ndarray, "T nq"], targets: Targets, config: RetargetConfig
+) -> MotionWithLeads:
     """Put a stand and a blend before and after the dance.
 
     The stand takes the feet's places from the dance's end pose, set flat on the floor; a foot that is in the air
@@ -48,7 +50,7 @@ def add_leads(robot: RobotModel, qpos: Float[ndarray, "T nq"], targets: Targets,
         parts, names = [*parts, (backwards[0], targets_of(robot, *backwards, targets))], [*names, "lead-out"]
     ends = np.cumsum([len(q) for q, _ in parts])
     starts = np.concatenate(([0], ends[:-1]))
-    return Padded(
+    return MotionWithLeads(
         qpos=np.concatenate([q for q, _ in parts]),
         targets=joined([t for _, t in parts]),
         segments=np.array([(a, b, int(i > 0)) for i, (a, b) in enumerate(zip(starts, ends, strict=True))]),

@@ -18,7 +18,7 @@ from robot_models.maths import rotation as rot
 from robot_models.maths import runs_of
 
 
-def drawn_in(
+def narrow_stances(
     feet: FootTargets, hips: Float[ndarray, "T 2 3"], robot: RobotModel, fps: float, config: FeetConfig = FeetConfig()
 ) -> FootTargets:
     """The same feet, those that stand so far beside their hips that the sole would tilt moved towards them.

@@ -17,9 +17,9 @@ from clips import HumanClip
 from retarget.config import RetargetConfig
 from retarget.targets.contacts import Contacts
 from retarget.targets.feet import FootTargets, flat_height, foot_targets
-from retarget.targets.foot_separation import parted
+from retarget.targets.foot_separation import separate_feet
 from retarget.targets.segment_frames import trunk_frames
-from retarget.targets.stance_width import drawn_in
+from retarget.targets.stance_width import narrow_stances
 from robot_models import FEET, RobotModel, forward_kinematics, leg_length
 from robot_models.maths import rotation as rot
 from robot_models.maths import smooth
@@ -68,8 +68,10 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
     hip_offsets = {s: zero_pos[robot.landmark(f"{s}_hip")] - zero_pos[0] for s in FEET}
     apart = np.stack([0.5 * (hip_offsets[s] - hip_offsets[o]) for s, o in (FEET, FEET[::-1])])
     feet = foot_targets(clip, contacts, robot, scale, config.feet)
-    feet = drawn_in(feet, middle[:, None] + rot.rotate(pelvis[:, None], apart[None]), robot, clip.fps, config.feet)
-    feet = parted(feet, robot, clip.fps, config.feet)
+    feet = narrow_stances(
+        feet, middle[:, None] + rot.rotate(pelvis[:, None], apart[None]), robot, clip.fps, config.feet
+    )
+    feet = separate_feet(feet, robot, clip.fps, config.feet)
     middle[:, :2] += smooth(feet.shift.mean(axis=1), clip.fps, config.feet.follow_hz)
     pelvis_pos = middle - rot.rotate(pelvis, np.broadcast_to(np.mean(list(hip_offsets.values()), axis=0), middle.shape))
     # A robot's own figure has legs that reach where they stand; a person's may be longer than the scale says.

@@ -29,7 +29,16 @@ from retarget.pipeline import (
     solved,
 )
 from retarget.report import Report, measure
-from retarget.targets import FootTargets, Padded, Targets, add_leads, blend_frames, joined, smoothstep, targets_of
+from retarget.targets import (
+    FootTargets,
+    MotionWithLeads,
+    Targets,
+    add_leads,
+    blend_frames,
+    joined,
+    smoothstep,
+    targets_of,
+)
 from robot_models import RobotModel
 from robot_models.maths import one_blas_thread
 from robot_models.maths import rotation as rot
@@ -169,7 +178,7 @@ def _bridge(
 
 def _with_leads(
     robot: RobotModel, rough: list[ndarray], targets: list[Targets], names: list[str], config: RetargetConfig
-) -> Padded:
+) -> MotionWithLeads:
     """Leads around all of it; the middle keeps its own segments."""
     whole = add_leads(robot, np.concatenate(rough), joined(targets), config)
     ends = whole.dance.start + np.cumsum([len(q) for q in rough])
@@ -183,13 +192,13 @@ def _with_leads(
 def _worst(
     robot: RobotModel,
     qpos: ndarray,
-    padded: Padded,
+    padded: MotionWithLeads,
     sources: Sequence[HumanClip],
     config: RetargetConfig,
     dynamics: Dynamics | None,
 ) -> Report:
     """Every dance measured against its own source, the body over all frames; of each number the worst."""
-    first = Padded(
+    first = MotionWithLeads(
         qpos=qpos, targets=padded.targets, segments=padded.segments,
         names=tuple(n if i == padded.names.index("dance") else n.replace("dance", "other") for i, n in enumerate(padded.names)),
     )  # fmt: skip

@@ -55,7 +55,7 @@ def test_motors_that_are_too_weak_are_named(dancer):
     assert worst.cause == "effort" and d.worst_joint[0] in worst.text
 
 
-def thrown(robot, gravity, frames=21, fps=50.0):
+def raise_jumps(robot, gravity, frames=21, fps=50.0):
     qpos, t = standing(robot, frames), np.arange(frames) / fps
     qpos[:, 2] += 0.3 + 0.5 * gravity * (t * (t[-1] - t))
     qpos[:, 0] += 1.5 * t
@@ -63,7 +63,7 @@ def thrown(robot, gravity, frames=21, fps=50.0):
 
 
 def test_a_thrown_body_needs_nothing(dancer):
-    d = dynamics_of(thrown(dancer, G), dancer)
+    d = dynamics_of(raise_jumps(dancer, G), dancer)
     assert d.flight.all() and np.isnan(d.zmp_w).all()
     # Second differences of a parabola are exact.
     np.testing.assert_allclose(d.residual, 0.0, atol=1e-8 * d.weight)
@@ -74,7 +74,7 @@ def test_a_thrown_body_needs_nothing(dancer):
 
 
 def test_a_floating_jump_is_told_from_a_thrown_one(dancer):
-    d = dynamics_of(thrown(dancer, 0.4 * G), dancer)
+    d = dynamics_of(raise_jumps(dancer, 0.4 * G), dancer)
     (flight,) = flight_fit(d)
     assert flight.off_gravity == pytest.approx(0.6 * G, rel=1e-6)
     assert flight.rise == pytest.approx(0.4 * flight.ballistic_rise, rel=1e-6)

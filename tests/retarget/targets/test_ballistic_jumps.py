@@ -7,7 +7,7 @@ import pytest
 from person import ANKLE, backwards, elsewhere, person, standing_feet
 
 from retarget import RetargetConfig
-from retarget.targets.ballistic_jumps import jumps, thrown
+from retarget.targets.ballistic_jumps import jumps, raise_jumps
 from retarget.targets.contacts import find_contacts
 from retarget.targets.targets import make_targets
 
@@ -27,7 +27,7 @@ def jumping(fps=50.0, *, air_s=0.4, height=0.2, ahead=0.5):
 def laid_out(clip, robot):
     """(targets before, after) the throw, and the frames of the jump."""
     before = make_targets(clip, find_contacts(clip, CONFIG.contact), robot, CONFIG)
-    return before, thrown(before, clip), jumps(before.feet.contact, clip)
+    return before, raise_jumps(before, clip), jumps(before.feet.contact, clip)
 
 
 @pytest.mark.parametrize("fps", [50.0, 120.0])
@@ -75,7 +75,7 @@ def test_no_foot_is_pressed_under_the_floor_it_left(dancer):
 def test_what_is_thrown_stays_thrown(dancer):
     clip = jumping()
     _, once, _ = laid_out(clip, dancer)
-    np.testing.assert_allclose(thrown(once, clip).pelvis_pos, once.pelvis_pos, atol=1e-12)
+    np.testing.assert_allclose(raise_jumps(once, clip).pelvis_pos, once.pelvis_pos, atol=1e-12)
 
 
 def test_jumps_run_backwards_with_time_and_turn_with_the_world(dancer):

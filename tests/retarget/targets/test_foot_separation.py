@@ -5,7 +5,7 @@ import pytest
 
 from clips import FREE, PLANTED
 from retarget.targets.feet import FootTargets
-from retarget.targets.foot_separation import parted
+from retarget.targets.foot_separation import separate_feet
 from robot_models import FEET, load_robot
 from robot_models.maths import rotation as rot
 
@@ -49,7 +49,7 @@ def shared(robot, feet, t):
 @pytest.mark.parametrize("yaw", [0.0, 0.4, -0.7])
 def test_standing_soles_are_parted_and_each_stance_moves_as_one(robot, yaw):
     before = walking(robot, apart=0.06, yaw=yaw)
-    after = parted(before, robot, FPS)
+    after = separate_feet(before, robot, FPS)
     assert shared(robot, before, 20) and shared(robot, before, 70)  # the negative control
     assert not shared(robot, after, 20) and not shared(robot, after, 70)
     moved = (after.pos - before.pos)[..., :2]
@@ -60,7 +60,7 @@ def test_standing_soles_are_parted_and_each_stance_moves_as_one(robot, yaw):
 
 
 def test_a_foot_that_swings_goes_round_the_one_that_stands_but_not_if_it_is_far_above(robot):
-    low, high = (parted(walking(robot, apart=0.06, height=h), robot, FPS) for h in (0.03, 0.3))
+    low, high = (separate_feet(walking(robot, apart=0.06, height=h), robot, FPS) for h in (0.03, 0.3))
     assert shared(robot, walking(robot, apart=0.06), 50)
     assert not any(shared(robot, low, t) for t in range(41, 59))
     # Where it passes far above it goes no further aside than its stances do.
@@ -70,4 +70,4 @@ def test_a_foot_that_swings_goes_round_the_one_that_stands_but_not_if_it_is_far_
 
 def test_feet_that_stand_clear_of_one_another_stay(robot):
     before = walking(robot, apart=0.5)
-    np.testing.assert_array_equal(parted(before, robot, FPS).pos, before.pos)
+    np.testing.assert_array_equal(separate_feet(before, robot, FPS).pos, before.pos)

@@ -7,7 +7,7 @@ import pytest
 
 from clips import FREE, PLANTED
 from retarget.targets.feet import FootTargets
-from retarget.targets.stance_width import drawn_in
+from retarget.targets.stance_width import narrow_stances
 from robot_models.maths import rotation as rot
 
 FPS, FRAMES, HIPS = 50.0, 60, 0.6  # [frames/s], frames, height of the hips over the ankles [m]
@@ -32,7 +32,7 @@ def stood(beside, heading=0.0):
 @pytest.mark.parametrize("heading", [0.0, 2.0])
 def test_a_stance_too_wide_is_drawn_in_until_the_soles_can_lie_flat(dancer, heading):
     feet, hips = stood(0.5, heading)
-    out = drawn_in(feet, hips, dancer, FPS)
+    out = narrow_stances(feet, hips, dancer, FPS)
     roll = dancer.upper[dancer.joint("left_ankle_roll")]
     beside = np.linalg.norm((hips - out.pos)[..., :2], axis=2)
     np.testing.assert_allclose(np.arctan2(beside, HIPS), roll - 0.02, atol=1e-9)
@@ -42,16 +42,16 @@ def test_a_stance_too_wide_is_drawn_in_until_the_soles_can_lie_flat(dancer, head
 
 def test_a_stance_that_the_ankles_allow_stays(dancer):
     feet, hips = stood(0.2)
-    np.testing.assert_array_equal(drawn_in(feet, hips, dancer, FPS).pos, feet.pos)
+    np.testing.assert_array_equal(narrow_stances(feet, hips, dancer, FPS).pos, feet.pos)
 
 
 def test_a_sway_that_passes_draws_nothing_in(dancer):
     feet, hips = stood(0.2)
     hips[:20, :, 1] -= 0.3
-    np.testing.assert_array_equal(drawn_in(feet, hips, dancer, FPS).pos, feet.pos)
+    np.testing.assert_array_equal(narrow_stances(feet, hips, dancer, FPS).pos, feet.pos)
 
 
 def test_a_foot_in_the_air_may_be_anywhere(dancer):
     feet, hips = stood(0.5)
     feet.contact[:] = FREE
-    np.testing.assert_array_equal(drawn_in(feet, hips, dancer, FPS).pos, feet.pos)
+    np.testing.assert_array_equal(narrow_stances(feet, hips, dancer, FPS).pos, feet.pos)
