@@ -23,7 +23,7 @@ from tracking.task.tracking_errors import ReferenceTables
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Situation:
+class TaskState:
     """Everything that an observation may be computed from, for N environments at one instant."""
 
     qpos: Float[Array, "P N nq"]  # now, and at the ends of the control periods before
@@ -35,7 +35,7 @@ class Situation:
     heading: Float[Array, "N 4"]  # turn from the reference's world to the robot's, fixed at the start of a rollout
 
 
-Compute = Callable[[Situation], Array]
+Compute = Callable[[TaskState], Array]
 """How the simulation computes a term: for N environments (N, size)."""
 
 
@@ -65,13 +65,13 @@ class ObservationTable:
         noisy = np.flatnonzero(width)
         return self.to_device(noisy), self.to_device(width[noisy])
 
-    def values(self, situation: Situation) -> Float[Array, "N size"]:
+    def values(self, task_state: TaskState) -> Float[Array, "N size"]:
         """All terms side by side in float32, without noise."""
-        xp, frame = array_namespace(situation.frame), situation.frame
+        xp, frame = array_namespace(task_state.frame), task_state.frame
         out = xp.empty((len(frame), self.size), dtype=xp.float32, device=frame.device)
         at = 0
         for row, compute in zip(self.rows, self.computes, strict=True):
-            out[:, at : at + row.size] = row.scale * compute(situation)
+            out[:, at : at + row.size] = row.scale * compute(task_state)
             at += row.size
         return out
 
@@ -127,23 +127,23 @@ def privileged_table(tables: ReferenceTables) -> ObservationTable:
     return ObservationTable(rows=rows, computes=computes)
 
 
-def _ahead(tables: ReferenceTables, table: Array, frames: int, s: Situation) -> Array:
+def _ahead(tables: ReferenceTables, table: Array, frames: int, s: TaskState) -> Array:
     return table[tables.ahead(s.frame, frames)]
 
 
-def _gyro(back: int, s: Situation) -> Array:
+def _gyro(back: int, s: TaskState) -> Array:
     return s.qvel[back, :, 3:6]
 
 
-def _joint_pos(back: int, default: Array, s: Situation) -> Array:
+def _joint_pos(back: int, default: Array, s: TaskState) -> Array:
     return s.qpos[back, :, 7:] + s.encoder_bias - default
 
 
-def _joint_vel(back: int, s: Situation) -> Array:
+def _joint_vel(back: int, s: TaskState) -> Array:
     return s.qvel[back, :, 6:]
 
 
-def _anchor_orientation(s: Situation, tables: ReferenceTables) -> Array:
+def _anchor_orientation(s: TaskState, tables: ReferenceTables) -> Array:
     """First two columns of robot_anchor_from_reference_anchor, row by row (BeyondMimic's layout).
 
     The reference is turned by the heading difference of the rollout's start, which a robot fixes once with its IMU.
@@ -154,17 +154,17 @@ def _anchor_orientation(s: Situation, tables: ReferenceTables) -> Array:
     return matrix[..., :2].reshape(len(robot), 6)
 
 
-def _phase(s: Situation, tables: ReferenceTables) -> Array:
+def _phase(s: TaskState, tables: ReferenceTables) -> Array:
     first, last = tables.first[s.frame], tables.last[s.frame]
     return ((s.frame - first) / array_namespace(first).clip(last - first, 1, None))[:, None]
 
 
-def _anchor_position(s: Situation, tables: ReferenceTables) -> Array:
+def _anchor_position(s: TaskState, tables: ReferenceTables) -> Array:
     a = tables.anchor
     return rot.rotate(rot.conjugate(s.states.quat[:, a]), tables.pos[s.frame, a] - s.states.pos[:, a])
 
 
-def _body_positions(s: Situation, tables: ReferenceTables) -> Array:
+def _body_positions(s: TaskState, tables: ReferenceTables) -> Array:
     a = tables.anchor
     relative = s.states.pos - s.states.pos[:, a, None]
     return rot.rotate(rot.conjugate(s.states.quat[:, a, None]), relative).reshape(len(relative), -1)

@@ -14,7 +14,7 @@ from tracking.engines import Rng
 from tracking.task.tracking_errors import ReferenceTables
 
 
-class Starts:
+class ResetSampler:
     """Draws start frames, and learns from failures which ones need practice.
 
     A failure counts for the second before it, because that is where it was brought about. Nothing is binned: a start is
@@ -52,7 +52,7 @@ class Starts:
         self._remembered = config.remembered
         self.failures: Int[Array, "k"] = to_device(np.empty(0, dtype=int))  # frames of the last ones, the newest last
 
-    def fell(self, frames: Int[Array, "n"]) -> None:
+    def record_failures(self, frames: Int[Array, "n"]) -> None:
         """Remember where robots failed; the oldest failures are forgotten."""
         self.failures = array_namespace(frames).concat((self.failures, frames))[-self._remembered :]
 

@@ -18,9 +18,9 @@ from robot_models.maths import rotation as rot
 from tracking.config import TaskConfig
 from tracking.engines import Engine, MujocoBatch
 from tracking.policy import Measurement, joint_targets, target_range
-from tracking.task.observations import Situation, actor_table, privileged_table
+from tracking.task.observations import TaskState, actor_table, privileged_table
 from tracking.task.randomisation import Pushes, draw_robots
-from tracking.task.resets import Starts
+from tracking.task.resets import ResetSampler
 from tracking.task.rewards import beyond_soft_limits, reward_terms
 from tracking.task.tracking_errors import ReferenceTables, TrackingErrors, compare, failures
 
@@ -73,7 +73,7 @@ class TrackingTask:
         self.action_scale = to_device(c.action_scale * robot.effort / robot.kp)
         self.encoder_bias, self.delay = to_device(drawn.encoder_bias), to_device(drawn.delay)
         self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng, to_device)
-        self.starts = Starts(tables, self.dt, c.starts, self.weights or [1.0] * len(references), to_device)
+        self.starts = ResetSampler(tables, self.dt, c.starts, self.weights or [1.0] * len(references), to_device)
         self.actor = actor_table(robot, self.tables, c.observation_noise, c.look_ahead, c.look_back, to_device)
         self.privileged = privileged_table(self.tables)
         self.frame = to_device(np.zeros(self.envs, dtype=int))
@@ -137,7 +137,7 @@ class TrackingTask:
         causes = failures(errors, self.tables, self.config.terminations)
         causes["diverged"] = diverged
         terminated = reduce(or_, causes.values())
-        self.starts.fell(self.frame[terminated])
+        self.starts.record_failures(self.frame[terminated])
         self.last_action = action + 0.0
         # Scaled by dt, so that returns are in reward-seconds and do not grow with the control rate.
         reward = sum(terms.values()) * self.dt
@@ -150,7 +150,7 @@ class TrackingTask:
             errors=errors,
         )
 
-    def harden(self, progress: float) -> None:
+    def advance_curriculum(self, progress: float) -> None:
         """Set delays and pushes to what they shall be at this share of the training budget."""
         draw = self.config.randomisation
         part = min(1.0, progress / draw.grow_over) if draw.grow_over > 0.0 else 1.0
@@ -159,7 +159,7 @@ class TrackingTask:
 
     def observe(self, *, noisy: bool = True) -> tuple[Float[Array, "N A"], Float[Array, "N C"]]:
         """Observations of actor (with noise) and critic (without), both of the present state."""
-        s = self.situation()
+        s = self.task_state()
         seen = self.actor.values(s)
         critic = array_namespace(seen).concat((seen, self.privileged.values(s)), axis=1)
         return self.actor.disturbed(seen, self.rng) if noisy else seen, critic
@@ -186,9 +186,9 @@ class TrackingTask:
         self.physics.close()
         self.sensors.close()
 
-    def situation(self) -> Situation:
+    def task_state(self) -> TaskState:
         """The present instant: sensors are read from the same state as the bodies."""
-        return Situation(
+        return TaskState(
             qpos=self.physics.qpos_of(self.past),
             qvel=self.physics.qvel_of(self.past),
             states=self.sensors.states,

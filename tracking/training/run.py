@@ -97,7 +97,7 @@ def _learn(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainCon
         run.stopped = team.broadcast(_reason_to_stop(run, config))
         told_to = ""
         while not run.stopped:
-            trainer.task.harden(run.steps / config.steps)
+            trainer.task.advance_curriculum(run.steps / config.steps)
             result = trainer.iterate(_wanted_kl(config.ppo, run))
             _check_finite(result, trainer, run, config, sha)
             run.steps += result.steps

@@ -46,12 +46,12 @@ def test_slices_tile_the_observation_in_order_and_names_are_different(table, tas
     for name, part in table.slices.items():
         assert part.start == ends[-1] < part.stop, name
         ends.append(part.stop)
-    assert ends[-1] == table.size == table.values(task.situation()).shape[1]
+    assert ends[-1] == table.size == table.values(task.task_state()).shape[1]
     assert len(table.slices) == len(table.rows)
 
 
 def test_every_row_has_the_numbers_that_it_states_at_the_scale_that_it_states(table, task):
-    s = task.situation()
+    s = task.task_state()
     values = table.values(s)
     assert values.dtype == np.float32
     for term, compute in zip(table.rows, table.computes, strict=True):
@@ -81,7 +81,7 @@ def tagged(frames, joints):
 
 def test_every_number_is_of_its_own_joint_and_frame(task):
     """Tagged data: any swap of joints, frames, or of past and present shows."""
-    tables, s = copy.copy(task.tables), task.situation()
+    tables, s = copy.copy(task.tables), task.task_state()
     tables.joint_pos, tables.joint_vel = tagged(tables.frames, 28), -tagged(tables.frames, 28)
     noise = ObservationNoise()
     seen = actor_table(task.robot, tables, noise, (0, 1, 5), BACK)
@@ -111,7 +111,7 @@ def test_every_number_is_of_its_own_joint_and_frame(task):
 
 
 def test_an_encoders_bias_is_seen_in_positions_now_and_before_and_nowhere_else(task):
-    s = task.situation()
+    s = task.task_state()
     bias = np.linspace(-0.03, 0.03, 28) * np.ones((5, 1))
     without, biased = (task.actor.values(dataclasses.replace(s, encoder_bias=b)) for b in (np.zeros((5, 28)), bias))
     for row in task.actor.rows:
@@ -140,7 +140,7 @@ def turned(s, yaw, by):
 
 @pytest.mark.parametrize("yaw", [1.0, -2.5])
 def test_the_actor_cannot_tell_where_in_the_room_it_stands_nor_which_way_it_faces(task, yaw):
-    s = task.situation()
+    s = task.task_state()
     there = turned(s, yaw, np.array([4.0, -2.0, 0.0]))
     np.testing.assert_allclose(task.actor.values(there), task.actor.values(s), atol=2e-6)
     slices, here, apart = task.privileged.slices, task.privileged.values(s), task.privileged.values(there)
@@ -158,7 +158,7 @@ def test_a_robot_in_the_references_own_pose_sees_no_turn_and_no_way_to_go(task):
         pos=tables.pos[frame], quat=tables.quat[frame], lin_vel=tables.lin_vel[frame], ang_vel=tables.ang_vel[frame]
     )
     s = dataclasses.replace(
-        task.situation(), qpos=qpos, qvel=qvel, states=states, frame=frame, heading=np.tile(rot.IDENTITY, (5, 1)),
+        task.task_state(), qpos=qpos, qvel=qvel, states=states, frame=frame, heading=np.tile(rot.IDENTITY, (5, 1)),
         encoder_bias=np.zeros((5, 28)),
     )  # fmt: skip
     actor, critic = task.actor.values(s), task.privileged.values(s)
@@ -175,12 +175,12 @@ def test_a_robot_in_the_references_own_pose_sees_no_turn_and_no_way_to_go(task):
 
 
 def test_the_six_numbers_of_an_orientation_are_two_columns_of_a_rotation(task):
-    six = task.actor.values(task.situation())[:, task.actor.slices["anchor_orientation"]].reshape(-1, 3, 2)
+    six = task.actor.values(task.task_state())[:, task.actor.slices["anchor_orientation"]].reshape(-1, 3, 2)
     np.testing.assert_allclose(np.einsum("nij,nik->njk", six, six), np.tile(np.eye(2), (5, 1, 1)), atol=1e-6)
 
 
 def test_the_phase_goes_from_nothing_to_one_and_never_back(task):
-    s = task.situation()
+    s = task.task_state()
     every = np.arange(task.tables.frames)[::70].clip(max=task.tables.frames - 1)
     frames = np.unique([*every, task.tables.frames - 1])
     table = privileged_table(task.tables)
@@ -190,7 +190,7 @@ def test_the_phase_goes_from_nothing_to_one_and_never_back(task):
 
 
 def test_noise_is_on_noisy_rows_alone_within_its_width_and_fills_it(task):
-    values = np.tile(task.actor.values(task.situation()), (40, 1))
+    values = np.tile(task.actor.values(task.task_state()), (40, 1))
     kept = values.copy()
     apart = task.actor.disturbed(values, np.random.default_rng(0)) - values
     np.testing.assert_array_equal(values, kept)

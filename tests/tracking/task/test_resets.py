@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tracking.config import StartConfig
-from tracking.task.resets import Starts
+from tracking.task.resets import ResetSampler
 
 pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
 
@@ -21,9 +21,9 @@ def tables(*lengths):
     )
 
 
-def draws(config, fell=(), count=20_000):
-    starts = Starts(tables(FRAMES), DT, config)
-    starts.fell(np.array(fell, dtype=int))
+def draws(config, record_failures=(), count=20_000):
+    starts = ResetSampler(tables(FRAMES), DT, config)
+    starts.record_failures(np.array(record_failures, dtype=int))
     return starts.draw(count, np.random.default_rng(0))
 
 
@@ -35,41 +35,41 @@ def test_before_the_first_failure_all_but_the_opening_begins_anywhere():
 
 
 def test_practice_begins_within_the_second_before_a_failure():
-    drawn = draws(StartConfig(opening=0.0, failed=1.0), fell=[300] * 3)
+    drawn = draws(StartConfig(opening=0.0, failed=1.0), record_failures=[300] * 3)
     assert 250 <= drawn.min() <= 252 and 299 <= drawn.max() <= 300
     assert np.std(np.bincount(drawn - 250)[1:50]) < 60  # evenly over it
 
 
 def test_frames_that_fell_more_often_are_practised_more_often():
-    drawn = draws(StartConfig(opening=0.0, failed=1.0), fell=[100, 300, 300, 300])
+    drawn = draws(StartConfig(opening=0.0, failed=1.0), record_failures=[100, 300, 300, 300])
     assert np.mean(drawn > 200) == pytest.approx(0.75, abs=0.02)
 
 
 def test_old_failures_are_forgotten():
-    starts = Starts(tables(FRAMES), DT, StartConfig(opening=0.0, failed=1.0, remembered=10))
-    starts.fell(np.full(10, 100))
-    starts.fell(np.full(10, 400))
+    starts = ResetSampler(tables(FRAMES), DT, StartConfig(opening=0.0, failed=1.0, remembered=10))
+    starts.record_failures(np.full(10, 100))
+    starts.record_failures(np.full(10, 400))
     assert starts.draw(100, np.random.default_rng(0)).min() >= 350
 
 
 def test_practice_never_begins_before_the_clip_or_in_its_last_half_second():
-    drawn = draws(StartConfig(opening=0.0, failed=1.0), fell=[3, FRAMES - 1])
+    drawn = draws(StartConfig(opening=0.0, failed=1.0), record_failures=[3, FRAMES - 1])
     assert drawn.min() == 0 and drawn.max() == FRAMES - 1 - 25 - 1
 
 
 def test_several_references_share_the_starts_by_length_and_weight_and_the_openings_evenly():
     rng, lengths = np.random.default_rng(0), (326, 126, 326)
-    drawn = Starts(tables(*lengths), DT, StartConfig(opening=0.0, failed=0.0), (1.0, 1.0, 0.5)).draw(20_000, rng)
+    drawn = ResetSampler(tables(*lengths), DT, StartConfig(opening=0.0, failed=0.0), (1.0, 1.0, 0.5)).draw(20_000, rng)
     shares = np.histogram(drawn, bins=(0, 326, 452, 778))[0] / 20_000
     assert shares == pytest.approx(np.array((300, 100, 150)) / 550, abs=0.02)
     for end in np.cumsum(lengths):  # the last half second of each is nobody's
         assert not ((drawn >= end - 26) & (drawn < end)).any()
-    opened = Starts(tables(*lengths), DT, StartConfig(opening=1.0, failed=0.0), (1.0, 1.0, 0.5)).draw(3_000, rng)
+    opened = ResetSampler(tables(*lengths), DT, StartConfig(opening=1.0, failed=0.0), (1.0, 1.0, 0.5)).draw(3_000, rng)
     assert np.unique(opened, return_counts=True)[1] == pytest.approx(1_000, abs=120)
 
 
 def test_practice_stays_in_the_reference_that_the_robot_fell_in():
-    starts = Starts(tables(300, 300), DT, StartConfig(opening=0.0, failed=1.0), (1.0, 1.0))
-    starts.fell(np.array([305]))
+    starts = ResetSampler(tables(300, 300), DT, StartConfig(opening=0.0, failed=1.0), (1.0, 1.0))
+    starts.record_failures(np.array([305]))
     drawn = starts.draw(1000, np.random.default_rng(0))
     assert drawn.min() == 300 and drawn.max() <= 305

@@ -346,7 +346,7 @@ def test_the_environment_draws_itself(groove_file):
 def test_delays_and_pushes_grow_with_the_training(reference):
     task, heard = make(reference), []
     for progress in (0.0, 0.15, 0.3, 1.0):
-        task.harden(progress)
+        task.advance_curriculum(progress)
         heard.append((task.physics._which > 0).sum())
         assert task.pushes.strength == pytest.approx(min(1.0, progress / 0.3))
     assert heard[0] == 0 < heard[1] < heard[2] == heard[3]
