@@ -24,12 +24,12 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Load, train, report."""
-    from tracking.task import select_pieces
+    from tracking.task import select_references
     from tracking.training import started_by_torchrun
 
     together, follows = started_by_torchrun()
     console = Console(highlight=False, soft_wrap=True, quiet=follows)
-    chosen = select_pieces(args.ref, args.robot, below_gates=args.anyway or args.check_ref)
+    chosen = select_references(args.ref, args.robot, below_gates=args.anyway or args.check_ref)
     for file, why in chosen.left_out:
         console.print(f"[yellow]left out[/] {file.name}: {why}")
     if args.check_ref:

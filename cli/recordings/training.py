@@ -12,11 +12,11 @@ from cli.recordings.stories import save_rollouts
 from robot_models import RobotModel
 
 if TYPE_CHECKING:
-    from tracking.task import Piece
+    from tracking.task import NamedReference
     from tracking.training import Run
 
 
-def save_training(path: Path, robot: RobotModel, pieces: Sequence[Piece], result: Run) -> None:
+def save_training(path: Path, robot: RobotModel, pieces: Sequence[NamedReference], result: Run) -> None:
     """The curves, and the policy beside its ghost: of several pieces in the one that finishes least often."""
     if not result.evaluations:
         return

@@ -16,7 +16,7 @@ from numpy import ndarray
 from clips import Reference
 from retarget.config import DynamicsConfig
 from retarget.dynamics.contact_forces import Demand, contact_forces
-from retarget.dynamics.support import outside_support, pieces, sole_points
+from retarget.dynamics.support import continuous_ranges, outside_support, sole_points
 from retarget.errors import RetargetError
 from robot_models import RobotModel, pinocchio_model, pinocchio_q, pinocchio_v
 from robot_models.maths import rotation as rot
@@ -85,7 +85,7 @@ def dynamics_of(reference: Reference, robot: RobotModel) -> Dynamics:
     qpos = np.asarray(reference.qpos, dtype=float)
     qpos[:, 3:7] = rot.normalise(qpos[:, 3:7])
     qvel, qacc = np.zeros((2, len(qpos), robot.nq - 1))
-    for a, b in pieces(reference):
+    for a, b in continuous_ranges(reference):
         qvel[a:b], qacc[a:b] = differences(qpos[a:b], 1.0 / reference.fps)
     demand = inverse_dynamics(robot, qpos, qvel, qacc)
     points = sole_points(reference, robot)

@@ -29,7 +29,7 @@ class SolePoints:
     body: tuple[int, ...]  # place in `body_names` of the body that carries each point
 
 
-def pieces(reference: Reference) -> list[tuple[int, int]]:
+def continuous_ranges(reference: Reference) -> list[tuple[int, int]]:
     """Half-open frame ranges that are continuous in time; nothing differentiates across their ends."""
     starts = sorted({0, *(int(s) for s, _, joined in reference.segments if not joined and s < reference.frames)})
     return list(zip(starts, [*starts[1:], reference.frames], strict=True))
@@ -56,11 +56,11 @@ def sole_points(reference: Reference, robot: RobotModel) -> SolePoints:
             edges.append(CONTACT_NAMES.index(f"{side}_{'heel' if x < 0.5 * sum(sole.x) else 'toe'}"))
     quat = rot.normalise(np.asarray(reference.body_quat_w, dtype=float))[:, places]
     pos = reference.body_pos_w[:, places] + rot.rotate(quat, np.broadcast_to(offsets, (*quat.shape[:2], 3)))
-    parts = [heights_and_speeds(pos[a:b], reference.fps, 0.0) for a, b in pieces(reference)]
+    parts = [heights_and_speeds(pos[a:b], reference.fps, 0.0) for a, b in continuous_ranges(reference)]
     height, speed = (np.concatenate(x) for x in zip(*parts, strict=True))
     contacts = (reference.contact[:, edges] != FREE) | _RULES.carrying.holds(height, speed)
     near = contacts.copy()
-    for a, b in pieces(reference):
+    for a, b in continuous_ranges(reference):
         near[a + 1 : b] |= contacts[a : b - 1]
         near[a : b - 1] |= contacts[a + 1 : b]
     return SolePoints(

@@ -1,13 +1,13 @@
 """The tracking task: what is seen, rewarded and drawn, when it begins and when it has failed."""
 
 from tracking.task.motion_set import (
-    Piece,
+    NamedReference,
     Selection,
     bundle_folder,
-    check_together,
-    read_piece,
-    repertoire_sha256,
-    select_pieces,
+    check_motion_set,
+    motion_set_sha256,
+    read_named_reference,
+    select_references,
 )
 from tracking.task.randomisation import draw_robots
 from tracking.task.rewards import beyond_soft_limits, reward_terms
@@ -15,17 +15,17 @@ from tracking.task.tracking_errors import compare
 from tracking.task.tracking_task import StepResult, TrackingTask
 
 __all__ = [
-    "Piece",
+    "NamedReference",
     "Selection",
     "StepResult",
     "TrackingTask",
     "beyond_soft_limits",
     "bundle_folder",
-    "check_together",
+    "check_motion_set",
     "compare",
     "draw_robots",
-    "read_piece",
-    "repertoire_sha256",
+    "motion_set_sha256",
+    "read_named_reference",
     "reward_terms",
-    "select_pieces",
+    "select_references",
 ]

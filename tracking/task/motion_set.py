@@ -15,7 +15,7 @@ from tracking.errors import TrackingError
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Piece:
+class NamedReference:
     """One dance of a repertoire."""
 
     name: str  # unlike the others'
@@ -30,7 +30,7 @@ class Piece:
         return 0.5 if measured is not None and measured["value"] > CheckConfig.hard_share else 1.0
 
 
-def read_piece(path: Path) -> Piece:
+def read_named_reference(path: Path) -> NamedReference:
     """A reference from a file, named after it.
 
     Raises:
@@ -39,10 +39,10 @@ def read_piece(path: Path) -> Piece:
     sha256 = (
         hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
     )  # load_reference refuses what is none
-    return Piece(name=path.stem, reference=load_reference(path), path=path, sha256=sha256)
+    return NamedReference(name=path.stem, reference=load_reference(path), path=path, sha256=sha256)
 
 
-def check_together(pieces: Sequence[Piece], robot: RobotModel) -> None:
+def check_motion_set(pieces: Sequence[NamedReference], robot: RobotModel) -> None:
     """Refuse what one network of this robot cannot learn.
 
     Raises:
@@ -61,21 +61,21 @@ def check_together(pieces: Sequence[Piece], robot: RobotModel) -> None:
             )  # fmt: skip
 
 
-def read_pieces(paths: Sequence[Path], robot: RobotModel) -> list[Piece]:
+def read_motion_set(paths: Sequence[Path], robot: RobotModel) -> list[NamedReference]:
     """References of one robot from files; raises as the two above."""
-    pieces = [read_piece(p) for p in paths]
-    check_together(pieces, robot)
+    pieces = [read_named_reference(p) for p in paths]
+    check_motion_set(pieces, robot)
     return pieces
 
 
-def repertoire_sha256(pieces: Sequence[Piece]) -> str:
+def motion_set_sha256(pieces: Sequence[NamedReference]) -> str:
     """One hash for all; a single piece's own."""
     if len(pieces) == 1:
         return pieces[0].sha256
     return hashlib.sha256("".join(p.sha256 for p in pieces).encode()).hexdigest()
 
 
-def bundle_folder(folder: Path, piece: Piece, pieces: Sequence[Piece]) -> Path:
+def bundle_folder(folder: Path, piece: NamedReference, pieces: Sequence[NamedReference]) -> Path:
     """Where a run keeps a piece's bundle: the run's folder itself, or one inside it where there are several."""
     return folder if len(pieces) == 1 else folder / piece.name
 
@@ -85,11 +85,11 @@ class Selection:
     """What a policy shall learn: references of one robot, and what was left out of a folder, with why."""
 
     robot: RobotModel
-    pieces: tuple[Piece, ...]
+    pieces: tuple[NamedReference, ...]
     left_out: tuple[tuple[Path, str], ...]
 
 
-def select_pieces(paths: Sequence[Path], robot: str | None = None, *, below_gates: bool = False) -> Selection:
+def select_references(paths: Sequence[Path], robot: str | None = None, *, below_gates: bool = False) -> Selection:
     """References of one robot from files, and from all files of folders.
 
     Args:
@@ -115,11 +115,11 @@ def select_pieces(paths: Sequence[Path], robot: str | None = None, *, below_gate
             str(paths[0]), found=f"no reference of {model.name} inside its gates", expected="one at least",
             option="anyway", suggestion=" ",
         )  # fmt: skip
-    check_together(kept, model)
+    check_motion_set(kept, model)
     return Selection(robot=model, pieces=tuple(kept), left_out=tuple(left_out))
 
 
-def _one_robot(paths: Sequence[Path], pieces: Sequence[Piece]) -> str:
+def _one_robot(paths: Sequence[Path], pieces: Sequence[NamedReference]) -> str:
     robots = sorted({piece.reference.robot for piece in pieces})
     if not robots:
         raise TrackingError(
@@ -133,17 +133,17 @@ def _one_robot(paths: Sequence[Path], pieces: Sequence[Piece]) -> str:
     return robots[0]
 
 
-def _read_if_reference(file: Path, *, named: bool) -> Piece | None:
+def _read_if_reference(file: Path, *, named: bool) -> NamedReference | None:
     """A reference; None for a file that is none, which is refused where it was named."""
     try:
-        return read_piece(file)
+        return read_named_reference(file)
     except DanceError:
         if named:
             raise
         return None
 
 
-def _why_not(piece: Piece | None, robot: RobotModel, *, named: bool, below_gates: bool) -> str:
+def _why_not(piece: NamedReference | None, robot: RobotModel, *, named: bool, below_gates: bool) -> str:
     """Why a folder's file is left out, "" where it is not."""
     if piece is None:
         return f"no reference, not {robot.name}"

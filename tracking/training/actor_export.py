@@ -31,7 +31,7 @@ from tracking.policy import (
     write_contract,
     write_golden,
 )
-from tracking.task import Piece, TrackingTask
+from tracking.task import NamedReference, TrackingTask
 
 _AGREEMENT = 1e-5  # largest difference of onnxruntime and torch
 
@@ -52,7 +52,7 @@ def torch_policy(actor: Any) -> Policy:
     return act
 
 
-def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: Piece) -> float:
+def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: NamedReference) -> float:
     """Write a piece's bundle; returns the largest difference between onnxruntime and torch on real observations.
 
     Raises:
@@ -85,7 +85,7 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: Piece) ->
     return difference
 
 
-def _copy_reference(piece: Piece, path: Path) -> None:
+def _copy_reference(piece: NamedReference, path: Path) -> None:
     content = piece.path.read_bytes()
     if hashlib.sha256(content).hexdigest() != piece.sha256:
         raise TrackingError(

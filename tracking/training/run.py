@@ -16,7 +16,7 @@ from tracking.config import PpoConfig, TrainConfig
 from tracking.engines import training_engine
 from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
-from tracking.task import Piece, TrackingTask, bundle_folder, repertoire_sha256
+from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256
 from tracking.training.actor_export import export_bundle, torch_policy
 from tracking.training.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.training.curves import TensorBoard, write_curves
@@ -44,7 +44,7 @@ class Run:
 
 def train(
     robot: RobotModel,
-    pieces: Sequence[Piece],
+    pieces: Sequence[NamedReference],
     folder: Path,
     config: TrainConfig,
     *,
@@ -78,7 +78,7 @@ def train(
         trainer = Trainer(task, config.ppo, config.seed, config.threads, team)
         run = Run(folder=folder)
         if resume:
-            saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, repertoire_sha256(pieces))
+            saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, motion_set_sha256(pieces))
             run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
         _learn(run, trainer, pieces, config, progress)
         if team.is_leader:
@@ -88,9 +88,11 @@ def train(
     return run
 
 
-def _learn(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig, progress: Progress | None) -> None:
+def _learn(
+    run: Run, trainer: Trainer, pieces: Sequence[NamedReference], config: TrainConfig, progress: Progress | None
+) -> None:
     """Iterate and judge until there is a reason to stop."""
-    team, sha, began = trainer.team, repertoire_sha256(pieces), time.perf_counter() - run.seconds
+    team, sha, began = trainer.team, motion_set_sha256(pieces), time.perf_counter() - run.seconds
     with TensorBoard(run.folder if team.is_leader else None) as board, Signals() as signals:
         if not run.curves:
             _judge(run, trainer, pieces, config, board)
@@ -133,7 +135,9 @@ def _wanted_kl(c: PpoConfig, run: Run) -> float:
     return float(settled * (c.finishing_kl / c.settled_kl) ** run.curves[-1]["finished"])
 
 
-def _judge(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig, board: TensorBoard) -> None:
+def _judge(
+    run: Run, trainer: Trainer, pieces: Sequence[NamedReference], config: TrainConfig, board: TensorBoard
+) -> None:
     """Evaluate on every piece, note the means, save."""
     row: dict[str, float] = {}
     if trainer.team.is_leader:
@@ -148,10 +152,10 @@ def _judge(run: Run, trainer: Trainer, pieces: Sequence[Piece], config: TrainCon
     row = trainer.team.broadcast(row)
     run.curves.append(row)
     board.evaluation(run.steps, row)
-    _save(run, trainer, config, repertoire_sha256(pieces))
+    _save(run, trainer, config, motion_set_sha256(pieces))
 
 
-def _evaluated(trainer: Trainer, pieces: Sequence[Piece], config: TrainConfig) -> dict[str, Evaluation]:
+def _evaluated(trainer: Trainer, pieces: Sequence[NamedReference], config: TrainConfig) -> dict[str, Evaluation]:
     each = max(min(config.fewest_rollouts, config.rollouts), config.rollouts // len(pieces))
     return {
         piece.name: evaluate(

@@ -8,7 +8,7 @@ from scipy.optimize import nnls
 from standing import reference_of, standing
 
 from clips import FREE, PIVOTING, PLANTED
-from retarget.dynamics.support import outside_support, pieces, sole_points
+from retarget.dynamics.support import continuous_ranges, outside_support, sole_points
 from robot_models import sole_corners
 from robot_models.maths import rotation as rot
 
@@ -92,7 +92,7 @@ def test_nothing_touching_and_no_point_count_as_no_distance(scene):
     ],
 )
 def test_pieces_part_the_frames_where_segments_do_not_join(dancer, segments, ranges):
-    assert pieces(reference_of(dancer, standing(dancer, 9), segments=segments)) == ranges
+    assert continuous_ranges(reference_of(dancer, standing(dancer, 9), segments=segments)) == ranges
 
 
 def test_sole_points_are_on_the_soles_and_turn_with_the_robot(dancer):

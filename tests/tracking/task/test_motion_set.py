@@ -11,7 +11,7 @@ from retarget import RetargetConfig, retarget
 from robot_models import load_robot
 from tracking import TaskConfig, TrackingError, TrackingTask
 from tracking.config import RandomisationConfig, StartNoise
-from tracking.task.motion_set import bundle_folder, read_pieces, repertoire_sha256
+from tracking.task.motion_set import bundle_folder, motion_set_sha256, read_motion_set
 
 CALM = TaskConfig(randomisation=RandomisationConfig(enabled=False), start_noise=StartNoise(scale=0.0))
 
@@ -29,7 +29,7 @@ def files(groove_file, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pieces(files):
-    return read_pieces(files, load_robot("dancer"))
+    return read_motion_set(files, load_robot("dancer"))
 
 
 def task(pieces, envs=4):
@@ -73,17 +73,17 @@ def test_every_reference_is_begun_and_none_is_left(pieces):
 def test_names_rates_and_hashes(files, pieces, tmp_path):
     robot = load_robot("dancer")
     assert [p.name for p in pieces] == ["long", "short"]
-    assert repertoire_sha256(pieces[:1]) == pieces[0].sha256
-    assert len({repertoire_sha256(p) for p in (pieces, pieces[::-1], pieces[:1], pieces[1:])}) == 4
+    assert motion_set_sha256(pieces[:1]) == pieces[0].sha256
+    assert len({motion_set_sha256(p) for p in (pieces, pieces[::-1], pieces[:1], pieces[1:])}) == 4
     assert bundle_folder(tmp_path, pieces[0], pieces[:1]) == tmp_path
     assert bundle_folder(tmp_path, pieces[0], pieces) == tmp_path / "long"
     (tmp_path / "short.npz").write_bytes(files[0].read_bytes())
     with pytest.raises(TrackingError, match="reference short: found a second"):
-        read_pieces([files[1], tmp_path / "short.npz"], robot)
+        read_motion_set([files[1], tmp_path / "short.npz"], robot)
     slow = retarget(cut(read_clip(files[0]), 3.0, 4.5), robot, RetargetConfig(fps=30.0, dynamics=False))
     save_reference(slow.reference, tmp_path / "slow.npz")
     with pytest.raises(TrackingError, match="30 frames/s"):
-        read_pieces([files[0], tmp_path / "slow.npz"], robot)
+        read_motion_set([files[0], tmp_path / "slow.npz"], robot)
 
 
 def test_a_reference_that_physics_forbids_weighs_half(pieces):

@@ -13,7 +13,7 @@ torch = pytest.importorskip("torch")
 
 from robot_models import load_robot
 from tracking import PpoConfig, TrackingError, TrainConfig, train
-from tracking.task.motion_set import read_pieces
+from tracking.task.motion_set import read_motion_set
 from tracking.training.distributed import Team, join_team
 
 SMALL = PpoConfig(hidden=(32, 32), steps_per_env=8, epochs=2, minibatches=2)
@@ -89,13 +89,13 @@ def test_two_processes_have_one_network_and_go_on_where_they_were_stopped(groove
     assert without_time(halves[0]["curves"]) == without_time(calm[0]["curves"])
     robot = load_robot("dancer")
     with pytest.raises(TrackingError, match="1 processes"):
-        train(robot, read_pieces([groove_file], robot), tmp_path / "calm", CALM, resume=True)
+        train(robot, read_motion_set([groove_file], robot), tmp_path / "calm", CALM, resume=True)
 
 
 @pytest.mark.slow
 def test_a_team_learns_as_one_process_with_as_many_robots_does(groove_file, tmp_path):
     robot = load_robot("dancer")
-    alone = train(robot, read_pieces([groove_file], robot), tmp_path / "alone", LEARNING).curves
+    alone = train(robot, read_motion_set([groove_file], robot), tmp_path / "alone", LEARNING).curves
     team = together(groove_file, tmp_path / "team", "LEARNING")[0]["curves"]
     assert [row["steps"] for row in alone] == [row["steps"] for row in team]
     assert team[-1]["survived_s"] > 1.3 * team[0]["survived_s"]

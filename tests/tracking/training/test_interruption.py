@@ -16,7 +16,7 @@ torch = pytest.importorskip("torch")
 
 from robot_models import load_robot
 from tracking import PpoConfig, RandomisationConfig, TaskConfig, TrainConfig, train
-from tracking.task.motion_set import read_pieces
+from tracking.task.motion_set import read_motion_set
 from tracking.training.checkpoint import load_checkpoint
 
 INTERVAL = 16 * 8 * 5
@@ -56,7 +56,9 @@ def begin(groove_file, folder, rows):
 def go_on(groove_file, folder, intervals):
     robot = load_robot("dancer")
     config = dataclasses.replace(CONFIG, steps=INTERVAL * intervals)
-    return train(robot, read_pieces([groove_file], robot), folder, config, resume=(folder / "checkpoint.pt").exists())
+    return train(
+        robot, read_motion_set([groove_file], robot), folder, config, resume=(folder / "checkpoint.pt").exists()
+    )
 
 
 def steps_in(folder):

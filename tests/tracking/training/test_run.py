@@ -25,7 +25,7 @@ from tracking import (
 )
 from tracking.policy.contract import read_contract
 from tracking.policy.golden_trace import read_golden, replay
-from tracking.task.motion_set import read_piece
+from tracking.task.motion_set import read_named_reference
 from tracking.training import run as training
 from tracking.training.actor_export import contract_of, export_bundle, torch_policy
 from tracking.training.checkpoint import load_checkpoint, restore, save_checkpoint
@@ -44,7 +44,7 @@ def reference(groove_file):
 def piece(reference, name="groove"):
     path = Path(tempfile.mkdtemp()) / f"{name}.npz"
     save_reference(reference, path)
-    return read_piece(path)
+    return read_named_reference(path)
 
 
 def trainer(reference, seed=0):
