@@ -15,14 +15,14 @@ from cli.terminal import BELOW_GATE, DONE, command
 from clips import Clip, RobotClip, at_speed, cut, mirrored, read_clip, repaired, save_reference
 from retarget import (
     Retargeted,
-    Seam,
+    Transition,
     fitted,
     flight_fit,
     hardest,
-    medley,
     read_contacts,
     read_keys,
     retarget,
+    retarget_sequence,
     write_contacts,
 )
 from retarget.targets import as_figure
@@ -50,12 +50,12 @@ def run(args: Arguments) -> int:
     for path, part in zip((args.clip, *args.then), (clip, *more), strict=True):
         _tell_conventions(console, path, part)
     dances = [clip, *more] * args.loop
-    seams: list[Seam] = []
+    transitions: list[Transition] = []
     config = args.config()
     began = time.perf_counter()
     with progress("steps") as tell:
         if len(dances) > 1:
-            result, seams = medley(dances, robot, config, progress=tell)
+            result, transitions = retarget_sequence(dances, robot, config, progress=tell)
         elif args.fit_dynamics:
             result = fitted(clip, robot, config, progress=tell)
         else:
@@ -73,8 +73,8 @@ def run(args: Arguments) -> int:
 
         written.append(out.with_suffix(".rrd"))
         save_retargeting(written[-1], result)
-    for seam in seams:
-        console.print(f"{seam}", markup=False)
+    for transition in transitions:
+        console.print(f"{transition}", markup=False)
     return _summary(console, result, written, rate)
 
 

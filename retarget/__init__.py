@@ -6,7 +6,7 @@ from retarget.errors import RetargetError
 from retarget.pipeline import Retargeted, retarget
 from retarget.report import Metric, Report, measure
 from retarget.targets import ContactEdit, KeyFrame, read_contacts, read_keys, write_contacts
-from retarget.workflows import FitConfig, Seam, fitted, medley
+from retarget.workflows import FitConfig, Transition, fitted, retarget_sequence
 
 __all__ = [
     "ContactConfig",
@@ -22,16 +22,16 @@ __all__ = [
     "RetargetConfig",
     "RetargetError",
     "Retargeted",
-    "Seam",
+    "Transition",
     "WholeClipConfig",
     "dynamics_of",
     "fitted",
     "flight_fit",
     "hardest",
     "measure",
-    "medley",
     "read_contacts",
     "read_keys",
     "retarget",
+    "retarget_sequence",
     "write_contacts",
 ]

@@ -207,7 +207,7 @@ class ReportConfig(_Checked):
 class SequenceConfig(_Checked):
     """From one dance into the next."""
 
-    bridge_s: float = 1.0  # longer where the motors need it [s]
+    transition_s: float = 1.0  # longer where the motors need it [s]
     lift: float = 0.05  # of a foot that steps across [m]
     near: float = 0.01  # a foot nearer to its next place than this stays down [m]
     steps: tuple[float, ...] = (0.08, 0.5, 0.92)  # of the bridge's time: the one foot moves, then the other

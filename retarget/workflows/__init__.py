@@ -3,7 +3,7 @@
 from retarget.workflows.batch import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
 from retarget.workflows.ray_cluster import run_on_ray
 from retarget.workflows.robot_check import check_robot
-from retarget.workflows.sequence import Seam, medley
+from retarget.workflows.sequence import Transition, retarget_sequence
 from retarget.workflows.time_scaling import FitConfig, fitted
 
 __all__ = [
@@ -11,12 +11,12 @@ __all__ = [
     "FitConfig",
     "Job",
     "Outcome",
-    "Seam",
+    "Transition",
     "check_robot",
     "fitted",
     "jobs_for",
-    "medley",
     "motion_files",
+    "retarget_sequence",
     "run_batch",
     "run_on_ray",
     "summary_rows",

@@ -45,30 +45,30 @@ from robot_models.maths import rotation as rot
 
 
 @dataclass(frozen=True, kw_only=True)
-class Seam:
+class Transition:
     """How far the end of one dance is from the beginning of the next."""
 
     at_s: float  # in the reference
     turn: float  # largest joint angle between the two poses [rad]
     step: float  # farther of the two feet's ways [m]
-    bridge_s: float
+    transition_s: float
 
     def __str__(self) -> str:
         return (
             f"seam at {self.at_s:.2f} s: poses differ by up to {np.degrees(self.turn):.0f} deg, feet by "
-            f"{100 * self.step:.0f} cm; bridged in {self.bridge_s:.2f} s"
+            f"{100 * self.step:.0f} cm; bridged in {self.transition_s:.2f} s"
         )
 
 
 @one_blas_thread()
-def medley(
+def retarget_sequence(
     clips: Sequence[Clip],
     robot: RobotModel,
     config: RetargetConfig | None = None,
     *,
-    bridges: SequenceConfig = SequenceConfig(),
+    transition_config: SequenceConfig = SequenceConfig(),
     progress: Progress | None = None,
-) -> tuple[Retargeted, list[Seam]]:
+) -> tuple[Retargeted, list[Transition]]:
     """Retarget clips into one reference, in the order given.
 
     The report holds, for every number, the worst of the dances; gates on the whole body see bridges and leads too.
@@ -77,17 +77,17 @@ def medley(
         clips: at least one; the same clip again makes a loop.
         robot: who shall perform them.
         config: as for `retarget`.
-        bridges: how one dance is led into the next.
+        transition_config: how one dance is led into the next.
         progress: told as the solver goes on.
     """
     config = config or RetargetConfig()
     parts = [prepared(clip, robot, config) for clip in clips]
     rough, targets, posture = [parts[0].rough], [parts[0].targets], [parts[0].posture]
-    names, seams, sources = ["dance"], [], [parts[0].source]
+    names, transitions, sources = ["dance"], [], [parts[0].source]
     for part in parts[1:]:
         nxt = _placed_after(rough[-1][-1], part)
-        qpos, feet, seam = _bridge(robot, rough[-1][-1], targets[-1].feet, nxt, config.fps, bridges)
-        seams.append(replace(seam, at_s=sum(map(len, rough)) / config.fps))
+        qpos, feet, transition = _bridge(robot, rough[-1][-1], targets[-1].feet, nxt, config.fps, transition_config)
+        transitions.append(replace(transition, at_s=sum(map(len, rough)) / config.fps))
         rough += [qpos, nxt.rough]
         targets += [targets_of(robot, qpos, feet, part.targets), nxt.targets]
         posture += [qpos, nxt.posture]
@@ -109,7 +109,7 @@ def medley(
         targets=padded.targets.at(np.arange(padded.dance.start, padded.dance.stop)),
         dynamics=dynamics,
     )
-    return result, [replace(s, at_s=s.at_s + lead / config.fps) for s in seams]
+    return result, [replace(s, at_s=s.at_s + lead / config.fps) for s in transitions]
 
 
 def _placed_after(end: Float[ndarray, "nq"], part: Prepared) -> Prepared:
@@ -146,10 +146,10 @@ def _placed_after(end: Float[ndarray, "nq"], part: Prepared) -> Prepared:
 
 def _bridge(
     robot: RobotModel, end: ndarray, before: FootTargets, nxt: Prepared, fps: float, config: SequenceConfig
-) -> tuple[ndarray, FootTargets, Seam]:
+) -> tuple[ndarray, FootTargets, Transition]:
     """Poses and feet between the last pose and the first of the next dance, both without."""
     start, after = nxt.rough[0], nxt.targets.feet
-    count = blend_frames(robot, end, start, fps, config.bridge_s)
+    count = blend_frames(robot, end, start, fps, config.transition_s)
     u = np.arange(1, count + 1) / (count + 1)
     w = smoothstep(u)
     qpos = end + w[:, None] * (start - end)
@@ -172,8 +172,10 @@ def _bridge(
             free = (there & arrived) | (in_air[k] & arrived) | (lifts_off[k] & there)
             contact[free, 2 * k : 2 * k + 2] = FREE
     feet = FootTargets(pos=pos, quat=quat, contact=contact, shift=np.zeros((count, 2, 2)))
-    seam = Seam(at_s=0.0, turn=float(np.abs(start[7:] - end[7:]).max()), step=float(far.max()), bridge_s=count / fps)
-    return qpos, feet, seam
+    transition = Transition(
+        at_s=0.0, turn=float(np.abs(start[7:] - end[7:]).max()), step=float(far.max()), transition_s=count / fps
+    )
+    return qpos, feet, transition
 
 
 def _with_leads(

@@ -8,7 +8,7 @@ import cli.retarget
 from cli.recordings import scene
 from clips import MetricKey, cut, read_clip
 from retarget.report import Metric
-from retarget.workflows import medley
+from retarget.workflows import retarget_sequence
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +16,7 @@ def two():
     from robot_models import load_robot
 
     clips = [cut(read_clip(SAMPLES / name), 0.0, 1.5) for name in ("groove.bvh", "groove.csv")]
-    return medley(clips, load_robot("dancer"))[0]
+    return retarget_sequence(clips, load_robot("dancer"))[0]
 
 
 def test_every_dance_has_its_own_person_at_its_own_time(two, tmp_path, monkeypatch):

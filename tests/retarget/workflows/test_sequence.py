@@ -5,7 +5,7 @@ import pytest
 from conftest import SAMPLES
 
 from clips import FREE, cut, read_clip
-from retarget import medley
+from retarget import retarget_sequence
 from robot_models import heel_toe_positions
 from robot_models.maths import rotation as rot
 
@@ -15,16 +15,16 @@ def song():
     from robot_models import load_robot
 
     dance = read_clip(SAMPLES / "groove.bvh")
-    return medley([cut(dance, 0.0, 2.0), cut(dance, 5.0, 7.0)], load_robot("dancer"))
+    return retarget_sequence([cut(dance, 0.0, 2.0), cut(dance, 5.0, 7.0)], load_robot("dancer"))
 
 
 def test_dances_and_bridges_follow_one_another(song):
-    result, seams = song
+    result, transitions = song
     r = result.reference
     assert r.meta["segment_names"] == ["lead-in", "dance", "bridge", "dance", "lead-out"]
     assert (r.segments[1:, 0] == r.segments[:-1, 1]).all() and r.segments[-1, 1] == r.frames
     assert (r.dance.start, r.dance.stop) == (r.segments[1, 0], r.segments[3, 1])
-    assert len(seams) == 1 and seams[0].at_s == pytest.approx(r.segments[2, 0] / r.fps)
+    assert len(transitions) == 1 and transitions[0].at_s == pytest.approx(r.segments[2, 0] / r.fps)
     assert [s["file"] for s in (r.meta["source"], *r.meta["more_sources"])] == ["groove.bvh"] * 2
 
 
@@ -52,8 +52,8 @@ def test_all_gates_hold_over_bridges_and_leads(song):
 
 def test_a_loop_begins_again_from_its_first_pose(dancer):
     clip = cut(read_clip(SAMPLES / "groove.bvh"), 0.0, 2.0)
-    result, seams = medley([clip, clip], dancer)
+    result, transitions = retarget_sequence([clip, clip], dancer)
     r = result.reference
     first, again = (r.joint_pos[r.segments[k, 0] + 10] for k in (1, 3))
     np.testing.assert_allclose(first, again, atol=0.1)
-    assert str(seams[0]).startswith("seam at")
+    assert str(transitions[0]).startswith("seam at")
