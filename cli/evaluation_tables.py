@@ -38,7 +38,11 @@ def rows_of(r: Evaluation) -> list[tuple[str, str, str]]:
         ("error in the room", f"{r.global_error_mm:.0f} mm", ""),
         ("joint error", f"{r.joint_error_rad:.3f} rad", "mean over joints"),
         ("failures", ", ".join(f"{k} {v}" for k, v in r.causes.items() if v) or "none", ""),
-        ("hardest", f"second {hard.at_s:.0f}: {failed}", f"body error {hard.body_error_mm or 0.0:.0f} mm there"),
+        (
+            "hardest",
+            f"second {hard.at_s:.0f}: {failed}",
+            f"body error {hard.body_error_mm or 0.0:.0f} mm there",
+        ),
         *((name.replace("_", " "), f"{value:+.3f}", "of the reward, mean") for name, value in r.terms.items()),
     ]
 

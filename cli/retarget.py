@@ -18,7 +18,7 @@ from retarget import (
     Transition,
     fitted,
     flight_fit,
-    hardest,
+    hardest_stretches,
     read_contacts,
     read_keys,
     retarget,
@@ -100,8 +100,8 @@ def _summary(console: Console, result: Retargeted, written: list[Path], rate: fl
     console.print(
         f"{reference.frames} frames, {reference.duration_s:.1f} s for {result.robot.name}; retargeted at {rate:.0f} frames/s"
     )
-    for hardship in [] if result.dynamics is None else hardest(result.dynamics, above=1.0, most=3):
-        console.print(f"physics: {hardship}", markup=False)
+    for stretch in [] if result.dynamics is None else hardest_stretches(result.dynamics, above=1.0, most=3):
+        console.print(f"physics: {stretch}", markup=False)
     for flight in [] if result.dynamics is None else flight_fit(result.dynamics):
         if abs(flight.rise - flight.ballistic_rise) > _OFF_FLIGHT:
             console.print(

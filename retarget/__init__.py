@@ -1,7 +1,7 @@
 """Retargeting: a recorded clip and a robot in, a feasible reference and an honest report out."""
 
 from retarget.config import ContactConfig, Gates, IkConfig, ObjectiveWeights, RetargetConfig, WholeClipConfig
-from retarget.dynamics import Dynamics, dynamics_of, flight_fit, hardest
+from retarget.dynamics import Dynamics, dynamics_of, flight_fit, hardest_stretches
 from retarget.errors import RetargetError
 from retarget.pipeline import Retargeted, retarget
 from retarget.report import Metric, Report, measure
@@ -27,7 +27,7 @@ __all__ = [
     "dynamics_of",
     "fitted",
     "flight_fit",
-    "hardest",
+    "hardest_stretches",
     "measure",
     "read_contacts",
     "read_keys",

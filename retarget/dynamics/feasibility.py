@@ -13,7 +13,7 @@ from robot_models.maths import runs_of
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hardship:
+class InfeasibleStretch:
     """A stretch of frames that is hard or impossible, and the worst of it."""
 
     start_s: float
@@ -37,7 +37,9 @@ class Flight:
     ballistic_rise: float  # g T^2 / 8: what a thrown body does in that time [m]
 
 
-def hardest(dynamics: Dynamics, *, above: float = 0.5, gap_s: float = 0.1, most: int = 10) -> list[Hardship]:
+def hardest_stretches(
+    dynamics: Dynamics, *, above: float = 0.5, gap_s: float = 0.1, most: int = 10
+) -> list[InfeasibleStretch]:
     """The stretches whose score is above a threshold, worst first, with the cause in words.
 
     Args:
@@ -56,7 +58,7 @@ def hardest(dynamics: Dynamics, *, above: float = 0.5, gap_s: float = 0.1, most:
         t = a + int(score[a:b].argmax())
         cause = max(parts, key=lambda k: parts[k][t])
         found.append(
-            Hardship(
+            InfeasibleStretch(
                 start_s=a / dynamics.fps, end_s=(b - 1) / dynamics.fps, score=float(score[t]), cause=cause,
                 text=f"at {t / dynamics.fps:.2f} s {_in_words(dynamics, t, cause)}",
             )

@@ -2,7 +2,7 @@
 
 Inverse dynamics (Pinocchio) says which contact wrench the motion needs. The sole points that touch give what their
 friction cones allow, as little off that wrench as can be; what is missing would have to come from nowhere. A score
-says how bad that is; `hardship` says where and why.
+says how bad that is; `stretch` says where and why.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from typing import Literal
 
 from clips import MetricKey, ReadOptions, metric_label, read_clip, repaired, save_reference, write_whole
 from retarget.config import RetargetConfig
-from retarget.dynamics import hardest
+from retarget.dynamics import hardest_stretches
 from retarget.errors import RetargetError
 from retarget.pipeline import Retargeted, retarget
 from robot_models import DanceError, load_robot
@@ -169,7 +169,9 @@ def _judged(job: Job, key: str, result: Retargeted, config: BatchConfig) -> Outc
         seconds=result.reference.duration_s,
         metrics={str(key): value for key, value in metrics.items()},
         failed=tuple(m.label for m in result.report.failures),
-        hardest=() if result.dynamics is None else tuple(map(str, hardest(result.dynamics, above=1.0, most=3))),
+        hardest=()
+        if result.dynamics is None
+        else tuple(map(str, hardest_stretches(result.dynamics, above=1.0, most=3))),
     )
 
 

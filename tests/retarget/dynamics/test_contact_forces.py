@@ -10,7 +10,7 @@ pytest.importorskip("pinocchio", reason="no Pinocchio wheels on Windows")
 from standing import free_model, mujoco_inverse, reference_of, standing
 
 from retarget.dynamics.contact_forces import friction_pyramid, nonnegative_ridge
-from retarget.dynamics.feasibility import hardest
+from retarget.dynamics.feasibility import hardest_stretches
 from retarget.dynamics.inverse_dynamics import differences, dynamics_of
 from retarget.dynamics.support import outside_support, sole_points
 from robot_models import load_robot
@@ -43,7 +43,7 @@ def test_standing_needs_the_weight_and_gets_it(dancer):
     np.testing.assert_allclose(d.residual, 0.0, atol=1e-4 * d.weight * 0.25)
     np.testing.assert_allclose(d.zmp_w, d.com_w[:, :2], atol=1e-12)
     assert (d.zmp_outside == 0.0).all() and d.in_contact.all()
-    assert d.score.max() < 0.1 and not hardest(d)
+    assert d.score.max() < 0.1 and not hardest_stretches(d)
     model = free_model(dancer)
     data, theirs = mujoco_inverse(model, dancer.default_qpos, np.zeros(model.nv), np.zeros(model.nv))
     left = theirs - generalised(dancer, data, sole_points(reference, dancer), 0, d.foot_force_w[0])

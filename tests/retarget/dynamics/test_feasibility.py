@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dynamics_by_hand import dynamics_by_hand
 
-from retarget.dynamics.feasibility import flight_fit, hardest
+from retarget.dynamics.feasibility import flight_fit, hardest_stretches
 
 G, FRAMES = 9.81, 100
 
@@ -19,28 +19,28 @@ def peaks(*places, axis=0, frames=FRAMES):
 
 def test_stretches_come_worst_first_and_each_frame_that_is_hard_is_in_one_of_them():
     d = dynamics_by_hand(FRAMES, force=peaks((10, 15, 1.0), (40, 42, 3.0), (70, 90, 2.0)))
-    found = hardest(d)
+    found = hardest_stretches(d)
     assert [h.score for h in found] == pytest.approx([3.0, 2.0, 1.0])
     covered = np.zeros(FRAMES, dtype=bool)
     for h in found:
         covered[round(h.start_s * d.fps) : round(h.end_s * d.fps) + 1] = True
     np.testing.assert_array_equal(covered, d.score > 0.5)
-    assert hardest(d, most=2) == found[:2] and hardest(d, above=2.5) == found[:1]
-    assert not hardest(dynamics_by_hand(FRAMES))
+    assert hardest_stretches(d, most=2) == found[:2] and hardest_stretches(d, above=2.5) == found[:1]
+    assert not hardest_stretches(dynamics_by_hand(FRAMES))
 
 
 @pytest.mark.parametrize(("gap", "count"), [(4, 1), (5, 2)])
 def test_stretches_nearer_than_the_gap_are_one(gap, count):
     d = dynamics_by_hand(FRAMES, force=peaks((20, 25, 1.0), (25 + gap, 40, 2.0)))
-    assert len(hardest(d, gap_s=0.1)) == count  # 5 frames
-    assert len(hardest(d, gap_s=0.0)) == 2
+    assert len(hardest_stretches(d, gap_s=0.1)) == count  # 5 frames
+    assert len(hardest_stretches(d, gap_s=0.0)) == 2
 
 
 @pytest.mark.parametrize("factor", [2, 4])
 def test_the_same_motion_at_a_finer_rate_is_hard_at_the_same_times(factor):
     force = peaks((20, 30, 1.5), (60, 61, 2.0))
-    coarse = hardest(dynamics_by_hand(FRAMES, force=force))
-    fine = hardest(dynamics_by_hand(factor * FRAMES, factor * 50.0, force=np.repeat(force, factor, axis=0)))
+    coarse = hardest_stretches(dynamics_by_hand(FRAMES, force=force))
+    fine = hardest_stretches(dynamics_by_hand(factor * FRAMES, factor * 50.0, force=np.repeat(force, factor, axis=0)))
     for a, b in zip(coarse, fine, strict=True):
         assert (a.score, a.cause) == (b.score, b.cause)
         assert a.start_s == pytest.approx(b.start_s) and abs(a.end_s - b.end_s) < 0.02  # a frame of the coarse one
@@ -51,14 +51,14 @@ def test_the_same_motion_at_a_finer_rate_is_hard_at_the_same_times(factor):
     [(2, 2.0, "mostly upwards"), (2, -2.0, "mostly downwards"), (1, 2.0, "mostly horizontally")],
 )
 def test_missing_force_is_told_with_its_direction_and_size(axis, height, said):
-    (worst,) = hardest(dynamics_by_hand(FRAMES, force=peaks((10, 20, height), axis=axis)))
+    (worst,) = hardest_stretches(dynamics_by_hand(FRAMES, force=peaks((10, 20, height), axis=axis)))
     assert worst.cause == "force" and said in worst.text
     assert "0.50 of the weight" in worst.text  # two gates of a quarter
 
 
 @pytest.mark.parametrize(("axis", "said"), [(2, "turning about the vertical"), (0, "tipping")])
 def test_missing_moment_is_told_with_its_axis_and_arm(axis, said):
-    (worst,) = hardest(dynamics_by_hand(FRAMES, moment=peaks((10, 20, 1.5), axis=axis)))
+    (worst,) = hardest_stretches(dynamics_by_hand(FRAMES, moment=peaks((10, 20, 1.5), axis=axis)))
     assert worst.cause == "moment" and said in worst.text and "times 15 cm" in worst.text
 
 
@@ -66,7 +66,7 @@ def test_the_cause_is_the_part_that_makes_the_score():
     effort = np.zeros(FRAMES)
     effort[30:35] = 4.0
     d = dynamics_by_hand(FRAMES, force=peaks((30, 35, 3.0)), moment=peaks((30, 35, 2.0)), effort=effort)
-    (worst,) = hardest(d)
+    (worst,) = hardest_stretches(d)
     assert (worst.cause, worst.score) == ("effort", pytest.approx(4.0)) and "knee needs 2.00" in worst.text
     for parts in d.parts.values():
         assert (parts <= d.score).all()
@@ -80,7 +80,7 @@ def test_the_frame_that_is_named_is_the_worst_and_tells_what_touches_there():
     for t, said in ((51, "8 of 8 sole points touching"), (53, "nothing touching the floor")):
         one = force.copy()
         one[t] *= 3.0
-        (worst,) = hardest(dynamics_by_hand(FRAMES, force=one, in_contact=in_contact))
+        (worst,) = hardest_stretches(dynamics_by_hand(FRAMES, force=one, in_contact=in_contact))
         assert f"at {t / 50.0:.2f} s" in worst.text and said in worst.text
 
 

@@ -9,7 +9,7 @@ pytest.importorskip("pinocchio", reason="no Pinocchio wheels on Windows")
 
 from standing import G, reference_of, standing
 
-from retarget.dynamics.feasibility import flight_fit, hardest
+from retarget.dynamics.feasibility import flight_fit, hardest_stretches
 from retarget.dynamics.inverse_dynamics import dynamics_of
 from retarget.dynamics.support import sole_points
 from robot_models.maths import rotation as rot
@@ -20,14 +20,14 @@ def test_hovering_and_a_leap_from_nowhere_are_impossible(dancer):
     hover[:, 2] += 0.3
     d = dynamics_of(reference_of(dancer, hover), dancer)  # labelled planted: the label is not believed
     assert d.score.min() >= 1.0 and d.flight.all()
-    assert "nothing touching" in hardest(d)[0].text and np.isnan(d.zmp_w).all()
+    assert "nothing touching" in hardest_stretches(d)[0].text and np.isnan(d.zmp_w).all()
     leap = standing(dancer, 40)
     phase = np.clip((np.arange(40) - 10) / 10.0, 0.0, 1.0)
     leap[:, 2] += phase**3 * (10.0 - 15.0 * phase + 6.0 * phase**2)  # 1 m in 0.2 s
     d = dynamics_of(reference_of(dancer, leap), dancer)
     assert d.score[:9].max() < 0.1  # it still stands
     assert d.score[13:].min() >= 1.0 and d.score.max() > 40.0  # 15 times the weight out of the air
-    worst = hardest(d)[0]
+    worst = hardest_stretches(d)[0]
     assert worst.cause == "force" and 0.2 <= worst.start_s <= 0.3 and "upwards" in worst.text
 
 
@@ -51,7 +51,7 @@ def test_motors_that_are_too_weak_are_named(dancer):
     weak = dataclasses.replace(dancer, effort=dancer.effort * share * 0.5)
     d = dynamics_of(reference_of(weak, standing(weak)), weak)
     assert d.score[0] > 1.0
-    worst = hardest(d)[0]
+    worst = hardest_stretches(d)[0]
     assert worst.cause == "effort" and d.worst_joint[0] in worst.text
 
 
