@@ -92,7 +92,7 @@ class ObjectiveWeights(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Level(_Checked):
+class GridStage(_Checked):
     """One grid of the whole-clip solver, coarse to fine."""
 
     step_s: float  # between its frames [s]; never finer than the clip's own
@@ -107,21 +107,21 @@ class Level(_Checked):
 class WholeClipConfig(_Checked):
     """The whole-clip solver."""
 
-    rough: Level = Level(  # before the leads are known
+    coarse: GridStage = GridStage(  # before the leads are known
         step_s=0.2, iterations=5, more_iterations=8, smooth_hz=2.0, rounds=2, clearance=False
     )
-    fine: tuple[Level, ...] = (
-        Level(step_s=0.06, iterations=2, more_iterations=2, rounds=2, smooth_hz=3.22),
-        Level(step_s=0.0, iterations=0, more_iterations=24, rounds=2, smooth_hz=3.22),
+    fine: tuple[GridStage, ...] = (
+        GridStage(step_s=0.06, iterations=2, more_iterations=2, rounds=2, smooth_hz=3.22),
+        GridStage(step_s=0.0, iterations=0, more_iterations=24, rounds=2, smooth_hz=3.22),
     )
     travel_hz: float = 1.7  # half-power frequency of the root's way over the floor [Hz]: a robot cannot push it faster
     height_hz: float = 2.5  # of its height [Hz]
     settled: float = 0.05  # a last step below this is no movement [rad or m]
     settle_margin_s: float = 0.1  # solved again on either side [s]
     damping: float = 0.01  # of the first iteration, as a share of the goals' curvature
-    rough_damping: float = 1.0  # the same where the start is far away
+    coarse_damping: float = 1.0  # the same where the start is far away
     largest_turn: float = 0.3  # of any joint in one iteration [rad]
-    rough_turn: float = 0.6  # the same where the start is far away
+    coarse_turn: float = 0.6  # the same where the start is far away
     limit_margin: float = 0.01  # kept from each joint limit [rad]
     speed_share: float = 0.95  # of each motor's speed limit, per output frame
     acceleration_share: float = 0.98  # of each motor's acceleration limit

@@ -18,7 +18,7 @@ from retarget.dynamics import Dynamics, dynamics_of
 from retarget.errors import RetargetError
 from retarget.per_frame import follow, frame_solver
 from retarget.report import Report, measure
-from retarget.solver import make_objective, optimise, rough_poses
+from retarget.solver import coarse_poses, make_objective, optimise
 from retarget.targets import (
     ContactEdit,
     Contacts,
@@ -87,7 +87,7 @@ def retarget(
             expected="the whole-clip solver: a stream cannot prepare for what comes", option="solver", suggestion="whole-clip",
         )  # fmt: skip
     part = prepared(clip, robot, config, contacts, keys)
-    padded = add_leads(robot, part.rough, part.targets, config)
+    padded = add_leads(robot, part.coarse, part.targets, config)
     qpos = solved(robot, padded, part.posture, part.pins, config, progress)
     bare = reference_of(robot, qpos, padded, config)
     dynamics = physics_of(bare, robot) if config.dynamics else None
@@ -112,7 +112,7 @@ class Prepared:
     targets: Targets
     posture: Float[ndarray, "T nq"]  # to start from and to stay near
     pins: Float[ndarray, "T J"]  # key frames, NaN elsewhere
-    rough: Float[ndarray, "T nq"]  # poses on a coarse grid
+    coarse: Float[ndarray, "T nq"]  # poses on a coarse grid
 
 
 def prepared(
@@ -135,7 +135,7 @@ def prepared(
         targets=targets,
         posture=posture,
         pins=pinned(keys, robot, source.frames, config.fps),
-        rough=rough_poses(robot, objective, posture, config.fps, config.whole_clip),
+        coarse=coarse_poses(robot, objective, posture, config.fps, config.whole_clip),
     )
 
 

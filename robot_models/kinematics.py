@@ -47,12 +47,12 @@ def body_states(robot: RobotModel, qpos: Float[ndarray, "N nq"], qvel: Float[nda
     pos, quat, axes = _poses(robot, qpos)
     lin, ang = np.zeros_like(pos), np.zeros_like(pos)
     lin[:, 0], ang[:, 0] = qvel[:, :3], rot.rotate(quat[:, 0], qvel[:, 3:6])
-    for level in _levels(robot):
-        b, p = level.bodies, level.parents
+    for depth_level in _depths(robot):
+        b, p = depth_level.bodies, depth_level.parents
         carried = ang[:, p] + 0.0
-        spin = axes[:, b] * qvel[:, 6 + level.joints, None]
+        spin = axes[:, b] * qvel[:, 6 + depth_level.joints, None]
         # The joint's anchor moves with the parent; the body turns about it with both.
-        arm = rot.rotate(quat[:, b], np.broadcast_to(level.anchors, (len(qpos), len(b), 3)))
+        arm = rot.rotate(quat[:, b], np.broadcast_to(depth_level.anchors, (len(qpos), len(b), 3)))
         anchor = pos[:, b] + arm
         ang[:, b] = carried + spin
         lin[:, b] = lin[:, p] + rot.cross(carried, anchor - pos[:, p]) - rot.cross(ang[:, b], arm)
@@ -60,7 +60,7 @@ def body_states(robot: RobotModel, qpos: Float[ndarray, "N nq"], qvel: Float[nda
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Level:
+class _Depth:
     """Bodies at one depth of the tree; their parents stand on levels before. Fixed bodies are folded in."""
 
     bodies: ndarray
@@ -73,7 +73,7 @@ class _Level:
 
 
 @lru_cache(maxsize=16)
-def _levels(robot: RobotModel) -> tuple[_Level, ...]:
+def _depths(robot: RobotModel) -> tuple[_Depth, ...]:
     m = robot.model
     place = {b: i for i, b in enumerate(robot.body_ids)}
     rows: dict[int, list[tuple[Any, ...]]] = {}
@@ -90,7 +90,7 @@ def _levels(robot: RobotModel) -> tuple[_Level, ...]:
         row = (place[body], place[parent], place[body] - 1, pos, quat, m.jnt_axis[joint], m.jnt_pos[joint])
         rows.setdefault(depth[body], []).append(row)
     return tuple(
-        _Level(**dict(zip(_Level.__dataclass_fields__, map(np.array, zip(*rows[d], strict=True)), strict=True)))
+        _Depth(**dict(zip(_Depth.__dataclass_fields__, map(np.array, zip(*rows[d], strict=True)), strict=True)))
         for d in sorted(rows)
     )
 
@@ -101,9 +101,9 @@ def joint_axes(
     """Body positions and orientations, and each joint's axis and anchor, all in the world."""
     pos, quat, axes = _poses(robot, qpos)
     anchors = pos[:, 1:].copy()
-    for level in _levels(robot):
-        if level.anchors.any():
-            anchors[:, level.joints] += rot.rotate(quat[:, level.bodies], level.anchors)
+    for depth_level in _depths(robot):
+        if depth_level.anchors.any():
+            anchors[:, depth_level.joints] += rot.rotate(quat[:, depth_level.bodies], depth_level.anchors)
     return pos, quat, axes[:, 1:], anchors
 
 
@@ -114,16 +114,20 @@ def _poses(robot: RobotModel, qpos: Float[ndarray, "N nq"]) -> tuple[ndarray, nd
     quat = np.zeros((count, len(robot.body_names), 4))
     axes = np.zeros_like(pos)
     pos[:, 0], quat[:, 0] = qpos[:, :3], rot.normalise(qpos[:, 3:7])
-    for level in _levels(robot):
-        parent = quat[:, level.parents]
-        rest = rot.multiply(parent, level.quat)
+    for depth_level in _depths(robot):
+        parent = quat[:, depth_level.parents]
+        rest = rot.multiply(parent, depth_level.quat)
         # MuJoCo turns a body about its joint's anchor, which need not be the body's origin.
-        half = 0.5 * qpos[:, 7 + level.joints, None]
-        turned = rot.multiply(rest, np.concatenate((np.cos(half), np.sin(half) * level.axes), axis=-1))
-        shift = rot.rotate(rest, level.anchors) - rot.rotate(turned, level.anchors) if level.anchors.any() else 0.0
-        pos[:, level.bodies] = pos[:, level.parents] + rot.rotate(parent, level.pos) + shift
-        quat[:, level.bodies] = turned
-        axes[:, level.bodies] = rot.rotate(rest, level.axes)
+        half = 0.5 * qpos[:, 7 + depth_level.joints, None]
+        turned = rot.multiply(rest, np.concatenate((np.cos(half), np.sin(half) * depth_level.axes), axis=-1))
+        shift = (
+            rot.rotate(rest, depth_level.anchors) - rot.rotate(turned, depth_level.anchors)
+            if depth_level.anchors.any()
+            else 0.0
+        )
+        pos[:, depth_level.bodies] = pos[:, depth_level.parents] + rot.rotate(parent, depth_level.pos) + shift
+        quat[:, depth_level.bodies] = turned
+        axes[:, depth_level.bodies] = rot.rotate(rest, depth_level.axes)
     return pos, quat, axes
 
 

@@ -1,10 +1,10 @@
 """The whole-clip solver: all frames as one least-squares problem within joint limits and clearances."""
 
 from retarget.solver.objective import make_objective
-from retarget.solver.whole_clip import optimise, rough_poses
+from retarget.solver.whole_clip import coarse_poses, optimise
 
 __all__ = [
+    "coarse_poses",
     "make_objective",
     "optimise",
-    "rough_poses",
 ]

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from retarget.config import Level, WholeClipConfig
+from retarget.config import GridStage, WholeClipConfig
 from retarget.solver.collision import WORLD, Clearance, Places, Proximity, low_soles, too_near
 from retarget.solver.joint_limits import joint_limits, project
 from retarget.solver.normal_equations import constrained_step, normal_equations
@@ -27,7 +27,7 @@ def refine(
     objective: Objective,
     start: Float[ndarray, "T nq"],
     fps: float,
-    level: Level,
+    stage: GridStage,
     config: WholeClipConfig,
 ) -> Float[ndarray, "T nq"]:
     """Improve a motion on one grid: all frames a few times, then the stretches that still move until they rest.
@@ -37,16 +37,16 @@ def refine(
         objective: what to reach, on the grid's frames.
         start: where to begin.
         fps: frames per second of the grid.
-        level: iterations and what to respect.
+        stage: iterations and what to respect.
         config: the solver's numbers.
 
     Raises:
         RetargetError: the problem has no finite solution.
     """
-    descent = _Descent(robot, objective, start, fps, level, config)
+    descent = _Descent(robot, objective, start, fps, stage, config)
     margin = max(HALF_BANDWIDTH, round(config.settle_margin_s * fps))
-    for k in range(level.iterations + level.more_iterations):
-        active = np.ones(len(start), dtype=bool) if k < level.iterations else descent.active_frames(margin)
+    for k in range(stage.iterations + stage.more_iterations):
+        active = np.ones(len(start), dtype=bool) if k < stage.iterations else descent.active_frames(margin)
         if not active.any():
             break
         descent.iterate(active)
@@ -57,16 +57,22 @@ class _Descent:
     """The state of the iteration: configurations, trust and active limits of every frame."""
 
     def __init__(
-        self, robot: RobotModel, objective: Objective, start: ndarray, fps: float, level: Level, config: WholeClipConfig
+        self,
+        robot: RobotModel,
+        objective: Objective,
+        start: ndarray,
+        fps: float,
+        stage: GridStage,
+        config: WholeClipConfig,
     ) -> None:
         frames = len(start)
-        self._robot, self._objective, self._level, self._config = robot, objective, level, config
+        self._robot, self._objective, self._level, self._config = robot, objective, stage, config
         limits = [config.travel_hz] * 2 + [config.height_hz] + [np.inf] * (robot.model.nv - 3)
-        self._bandwidths = np.minimum(level.smooth_hz, limits) / fps
+        self._bandwidths = np.minimum(stage.smooth_hz, limits) / fps
         self._limits = joint_limits(robot, frames, fps, config)
         for limit in self._limits:
             limit.update(start[:, 7:])  # what the start breaks is held from the first step on
-        self._proximity = Proximity(robot, config.watched_gap) if level.clearance else None
+        self._proximity = Proximity(robot, config.watched_gap) if stage.clearance else None
         self._damping = np.full(frames, config.damping)
         self._before, self._predicted = np.full(frames, np.inf), np.full(frames, np.inf)  # squared residuals
         self._memory = band_memory(frames, robot.model.nv)

@@ -126,11 +126,11 @@ def _within(
     """
     stay = np.where(moving, 1.0 - smoothness, _HELD)
     stay = stay[:, None, None] * np.eye(start.shape[1])
-    rough, step = np.zeros_like(start), np.zeros_like(start)
+    coarse, step = np.zeros_like(start), np.zeros_like(start)
     if len(start) > HALF_BANDWIDTH:
-        rough = difference_transposed(smoothness * np.diff(start, HALF_BANDWIDTH, axis=0), HALF_BANDWIDTH)
+        coarse = difference_transposed(smoothness * np.diff(start, HALF_BANDWIDTH, axis=0), HALF_BANDWIDTH)
     for _ in range(rounds):
-        system, pull = BandedSystem(stay), rough.copy()
+        system, pull = BandedSystem(stay), coarse.copy()
         system.add_differences(HALF_BANDWIDTH, np.ones((max(0, len(start) - HALF_BANDWIDTH), start.shape[1])))
         for limit in limits:
             limit.add_to(system, pull, start)

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from retarget.config import Level, WholeClipConfig
+from retarget.config import GridStage, WholeClipConfig
 from retarget.solver.gauss_newton import refine
 from retarget.solver.objective import Objective
 from retarget.targets import smoothstep
@@ -19,12 +19,12 @@ from robot_models.maths import rotation as rot
 Progress = Callable[[int, int], None]  # steps done, steps in all
 
 
-def rough_poses(
+def coarse_poses(
     robot: RobotModel, objective: Objective, start: Float[ndarray, "T nq"], fps: float, config: WholeClipConfig
 ) -> Float[ndarray, "T nq"]:
     """A first guess on a coarse grid, from a start that may be far away."""
-    far = replace(config, damping=config.rough_damping, largest_turn=config.rough_turn)
-    return _on_grids(robot, objective, start, fps, (config.rough,), far, None)
+    far = replace(config, damping=config.coarse_damping, largest_turn=config.coarse_turn)
+    return _on_grids(robot, objective, start, fps, (config.coarse,), far, None)
 
 
 def optimise(
@@ -45,7 +45,7 @@ def _on_grids(
     objective: Objective,
     start: ndarray,
     fps: float,
-    levels: tuple[Level, ...],
+    stages: tuple[GridStage, ...],
     config: WholeClipConfig,
     progress: Progress | None,
 ) -> ndarray:
@@ -53,13 +53,13 @@ def _on_grids(
     out = np.array(start)
     for done, window in enumerate(windows):
         part, inside = np.array(start[window]), objective.at(np.arange(window.start, window.stop))
-        for k, level in enumerate(levels):
-            grid = _grid(len(part), max(1, round(level.step_s * fps)))
+        for k, stage in enumerate(stages):
+            grid = _grid(len(part), max(1, round(stage.step_s * fps)))
             stride = grid[1] if len(grid) > 1 else 1
-            solved = refine(robot, inside.at(grid), part[grid], fps / stride, level, config)
+            solved = refine(robot, inside.at(grid), part[grid], fps / stride, stage, config)
             part = solved if len(grid) == len(part) else _between(solved, grid, len(part))
             if progress is not None:
-                progress(done * len(levels) + k + 1, len(windows) * len(levels))
+                progress(done * len(stages) + k + 1, len(windows) * len(stages))
         _blend_in(out, part, window, 0 if window.start == 0 else round(config.overlap_s * fps))
     return out
 

@@ -82,18 +82,18 @@ def retarget_sequence(
     """
     config = config or RetargetConfig()
     parts = [prepared(clip, robot, config) for clip in clips]
-    rough, targets, posture = [parts[0].rough], [parts[0].targets], [parts[0].posture]
+    coarse, targets, posture = [parts[0].coarse], [parts[0].targets], [parts[0].posture]
     names, transitions, sources = ["dance"], [], [parts[0].source]
     for part in parts[1:]:
-        nxt = _placed_after(rough[-1][-1], part)
-        qpos, feet, transition = _bridge(robot, rough[-1][-1], targets[-1].feet, nxt, config.fps, transition_config)
-        transitions.append(replace(transition, at_s=sum(map(len, rough)) / config.fps))
-        rough += [qpos, nxt.rough]
+        nxt = _placed_after(coarse[-1][-1], part)
+        qpos, feet, transition = _bridge(robot, coarse[-1][-1], targets[-1].feet, nxt, config.fps, transition_config)
+        transitions.append(replace(transition, at_s=sum(map(len, coarse)) / config.fps))
+        coarse += [qpos, nxt.coarse]
         targets += [targets_of(robot, qpos, feet, part.targets), nxt.targets]
         posture += [qpos, nxt.posture]
         names += ["bridge", "dance"]
         sources.append(nxt.source)
-    padded = _with_leads(robot, rough, targets, names, config)
+    padded = _with_leads(robot, coarse, targets, names, config)
     lead = padded.dance.start
     near, pins = np.concatenate(posture), np.full((padded.dance.stop - lead, len(robot.joint_names)), np.nan)
     solution = solved(robot, padded, near, pins, config, progress)
@@ -114,7 +114,7 @@ def retarget_sequence(
 
 def _placed_after(end: Float[ndarray, "nq"], part: Prepared) -> Prepared:
     """A dance moved so that its root begins where, and facing as, the last one ended."""
-    start = part.rough[0]
+    start = part.coarse[0]
     turn = float(rot.yaw(end[None, 3:7])[0] - rot.yaw(start[None, 3:7])[0])
     q = rot.from_yaw(np.array(turn))
     shift = np.append(end[:2] - rot.rotate(q, start[:3])[:2], 0.0)
@@ -141,14 +141,14 @@ def _placed_after(end: Float[ndarray, "nq"], part: Prepared) -> Prepared:
         part.source, turn, shift / t.scale, f"placed after the dance before, turned by {np.degrees(turn):.0f} deg"
     )
     assert isinstance(source, HumanClip)
-    return replace(part, targets=moved, source=source, rough=poses(part.rough), posture=poses(part.posture))
+    return replace(part, targets=moved, source=source, coarse=poses(part.coarse), posture=poses(part.posture))
 
 
 def _bridge(
     robot: RobotModel, end: ndarray, before: FootTargets, nxt: Prepared, fps: float, config: SequenceConfig
 ) -> tuple[ndarray, FootTargets, Transition]:
     """Poses and feet between the last pose and the first of the next dance, both without."""
-    start, after = nxt.rough[0], nxt.targets.feet
+    start, after = nxt.coarse[0], nxt.targets.feet
     count = blend_frames(robot, end, start, fps, config.transition_s)
     u = np.arange(1, count + 1) / (count + 1)
     w = smoothstep(u)
@@ -179,12 +179,12 @@ def _bridge(
 
 
 def _with_leads(
-    robot: RobotModel, rough: list[ndarray], targets: list[Targets], names: list[str], config: RetargetConfig
+    robot: RobotModel, coarse: list[ndarray], targets: list[Targets], names: list[str], config: RetargetConfig
 ) -> MotionWithLeads:
     """Leads around all of it; the middle keeps its own segments."""
-    whole = add_leads(robot, np.concatenate(rough), joined(targets), config)
-    ends = whole.dance.start + np.cumsum([len(q) for q in rough])
-    inner = [[int(e) - len(q), int(e), 1] for e, q in zip(ends, rough, strict=True)]
+    whole = add_leads(robot, np.concatenate(coarse), joined(targets), config)
+    ends = whole.dance.start + np.cumsum([len(q) for q in coarse])
+    inner = [[int(e) - len(q), int(e), 1] for e, q in zip(ends, coarse, strict=True)]
     inner[0][2] = int(whole.segments[whole.names.index("dance")][2])
     k = whole.names.index("dance")
     segments = np.concatenate((whole.segments[:k], np.array(inner), whole.segments[k + 1 :]))

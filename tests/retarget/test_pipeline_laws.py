@@ -23,12 +23,12 @@ def clip():
 
 def test_stages_one_by_one_give_what_the_whole_gives(clip, dancer):
     part = prepared(clip, dancer, BARE)
-    padded = add_leads(dancer, part.rough, part.targets, BARE)
+    padded = add_leads(dancer, part.coarse, part.targets, BARE)
     qpos = solved(dancer, padded, part.posture, part.pins, BARE, None)
     whole = retarget(clip, dancer, BARE)
     np.testing.assert_allclose(whole.reference.joint_pos, qpos[:, 7:], atol=1e-12)
     np.testing.assert_array_equal(whole.reference.contact, part.contacts.labels)
-    assert whole.reference.frames == part.source.frames == len(part.rough)
+    assert whole.reference.frames == part.source.frames == len(part.coarse)
     assert whole.dynamics is None and whole.reference.joint_torque is None
 
 
@@ -54,7 +54,7 @@ def test_the_dance_begins_over_the_origin_facing_x_wherever_it_was_recorded(danc
     # Half of the sway that 1 Hz of following leaves.
     assert np.abs(here.targets.pelvis_pos[0, :2]).max() < 0.05
     assert abs(rot.yaw(here.targets.pelvis_quat[0])) < 0.02
-    np.testing.assert_allclose(there.rough[:, 7:], here.rough[:, 7:], atol=1e-4)  # iterated, and damped by rounding
+    np.testing.assert_allclose(there.coarse[:, 7:], here.coarse[:, 7:], atol=1e-4)  # iterated, and damped by rounding
 
 
 def recording(robot, frames=8):

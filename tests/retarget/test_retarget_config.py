@@ -64,7 +64,7 @@ def test_what_the_solvers_keep_is_within_what_the_gates_ask():
 
 def test_grids_go_from_coarse_to_fine_and_the_last_is_the_clips_own():
     config = WholeClipConfig()
-    widths = [level.step_s for level in (config.rough, *config.fine)]
+    widths = [stage.step_s for stage in (config.coarse, *config.fine)]
     assert widths == sorted(widths, reverse=True) and widths[-1] == 0.0
     assert config.overlap_s < config.window_s
     assert config.fine[-1].clearance and config.fine[-1].more_iterations > 0

@@ -8,7 +8,7 @@ import pytest
 from own_motion import own_targets
 
 from retarget import ObjectiveWeights, WholeClipConfig
-from retarget.config import Level
+from retarget.config import GridStage
 from retarget.solver.gauss_newton import _share, refine
 from retarget.solver.objective import make_objective
 from retarget.solver.residuals import residual_rows
@@ -16,7 +16,7 @@ from robot_models.jacobians import integrate, kinematics
 from robot_models.maths import rotation as rot
 
 FPS, CONFIG = 50.0, WholeClipConfig(settled=1e-4)
-FREE = Level(step_s=0.0, iterations=12, smooth_hz=3.0, clearance=False)
+FREE = GridStage(step_s=0.0, iterations=12, smooth_hz=3.0, clearance=False)
 
 
 @pytest.fixture(scope="module")
@@ -53,8 +53,8 @@ def test_from_another_start_it_comes_to_the_same_motion_faster_and_faster(dancer
     other = integrate(start, np.broadcast_to(0.1 * rng.normal(size=dancer.model.nv), (12, dancer.model.nv)))
     gaps = [apart(start, other)]
     for count in (3, 6, 12):
-        level = dataclasses.replace(FREE, iterations=count)
-        gaps.append(apart(*(refine(dancer, objective, q, FPS, level, CONFIG) for q in (start, other))))
+        stage = dataclasses.replace(FREE, iterations=count)
+        gaps.append(apart(*(refine(dancer, objective, q, FPS, stage, CONFIG) for q in (start, other))))
     assert gaps[0] > 0.15
     shrunk = [later / sooner for sooner, later in pairwise(gaps)]
     assert shrunk[0] < 0.1 and shrunk[1] < 0.1 * shrunk[0]  # goals that can be reached: better than linear
@@ -107,8 +107,8 @@ def test_soles_are_kept_out_of_the_floor_where_clearance_is_asked_for(dancer, st
         edge_weight=0.1 * objective.edge_weight,
     )  # fmt: skip
     low = [
-        sole_corners(dancer, *forward_kinematics(dancer, refine(dancer, sunk, start, FPS, level, CONFIG)))[..., 2].min()
-        for level in (FREE, dataclasses.replace(FREE, clearance=True))
+        sole_corners(dancer, *forward_kinematics(dancer, refine(dancer, sunk, start, FPS, stage, CONFIG)))[..., 2].min()
+        for stage in (FREE, dataclasses.replace(FREE, clearance=True))
     ]
     assert low[0] < -0.02  # the control
     assert low[1] > -0.003  # springs give way: a pull of 41 per metre against one of 1200, over 30 mm
@@ -117,14 +117,14 @@ def test_soles_are_kept_out_of_the_floor_where_clearance_is_asked_for(dancer, st
 def test_frames_that_rest_do_not_move_while_others_are_solved(dancer, steps, settled):
     """More iterations touch the frames that are off, and those around them, alone."""
     objective, start = steps
-    level = Level(step_s=0.0, iterations=0, more_iterations=3, smooth_hz=3.0, clearance=False)
+    stage = GridStage(step_s=0.0, iterations=0, more_iterations=3, smooth_hz=3.0, clearance=False)
     still = objective.at(np.zeros(60, dtype=int))
     calm = refine(dancer, still, np.repeat(start[:1], 60, axis=0), FPS, FREE, CONFIG)
     config = dataclasses.replace(CONFIG, settled=0.05)
-    np.testing.assert_array_equal(refine(dancer, still, calm, FPS, level, config), calm)  # nothing is off
+    np.testing.assert_array_equal(refine(dancer, still, calm, FPS, stage, config), calm)  # nothing is off
     kicked = calm.copy()
     kicked[55, 7 + dancer.joint("left_hip_pitch")] += 0.1  # the foot misses its place by some centimetres
-    out = refine(dancer, still, kicked, FPS, level, config)
+    out = refine(dancer, still, kicked, FPS, stage, config)
     np.testing.assert_array_equal(out[:25], calm[:25])
     assert apart(out[55:56], calm[55:56]) < 0.05
 
