@@ -54,7 +54,7 @@ def run(args: Arguments) -> int:
 
 def _perform(args: Arguments, console: Console) -> Performance:
     from tracking import read_golden, replay
-    from tracking.deploy import MOTORS, Controller, ControllerWire, Guard, Stage, StageConfig, perform, stop_key
+    from tracking.deploy import MOTORS, Controller, ControllerTransport, Guard, Stage, StageConfig, perform, stop_key
     from tracking.policy import GOLDEN, read_runner
 
     folder, runner = read_runner(args.bundle)
@@ -71,7 +71,7 @@ def _perform(args: Arguments, console: Console) -> Performance:
     controller = Controller(runner, Guard(runner.contract), config)
     with stop_key() as stopped:
         return perform(
-            controller, ControllerWire(args.interface), send=send, stopped=stopped.is_set,
+            controller, ControllerTransport(args.interface), send=send, stopped=stopped.is_set,
             tell=lambda stage, dances: console.print(
                 f"{stage.value}{f' {dances + 1} of {args.loops}' if stage is Stage.DANCE else ''}", markup=False
             ),

@@ -7,13 +7,13 @@ from tracking.deploy.rehearsal_log import Rehearsed, performance_numbers
 from tracking.deploy.sdk_output import sdk_output_aside
 from tracking.deploy.stages import Controller, Stage, StageConfig
 from tracking.deploy.stopping import stop_key
-from tracking.deploy.transport import CRC_COMPLAINT, MOTORS, ControllerWire
+from tracking.deploy.transport import CRC_COMPLAINT, MOTORS, ControllerTransport
 
 __all__ = [
     "CRC_COMPLAINT",
     "MOTORS",
     "Controller",
-    "ControllerWire",
+    "ControllerTransport",
     "Guard",
     "Performance",
     "Rehearsed",

@@ -19,7 +19,7 @@ _HANGING = 0.2  # a loop that has not come round for this long is taken for dead
 
 
 @runtime_checkable
-class Wire(Protocol):
+class Transport(Protocol):
     """The controller's end of a wire."""
 
     def read(self) -> State | None:
@@ -47,7 +47,7 @@ class Performance:
 
 def perform(
     controller: Controller,
-    wire: Wire,
+    transport: Transport,
     *,
     send: bool,
     stopped: Callable[[], bool] = lambda: False,
@@ -58,7 +58,7 @@ def perform(
 
     Args:
         controller: what decides.
-        wire: to the robot.
+        transport: to the robot.
         send: write commands; otherwise everything is computed and nothing sent.
         stopped: whether a person pressed the stop key.
         tell: told of every stage that begins.
@@ -68,18 +68,18 @@ def perform(
         TrackingError: no state comes in.
     """
     done, dt = Performance(), controller.runner.contract.control_dt
-    first = _first_state(wire)
+    first = _first_state(transport)
     due, over_at = time.monotonic(), np.inf
-    outlet, alive = _Outlet(controller, wire if send else None), [due]
-    watch = _watchdog(alive, controller, outlet)
+    gate, alive = _CommandGate(controller, transport if send else None), [due]
+    watch = _watchdog(alive, controller, gate)
     try:
         while time.monotonic() < over_at + linger_s:
             began = time.monotonic()
             if stopped():
                 controller.stop("stopped by a person")
-            state = wire.read() or first
+            state = transport.read() or first
             command = controller.tick(state, began, due)
-            outlet.write(command)
+            gate.write(command)
             alive[0] = time.monotonic()
             done.ticks.append(alive[0])
             done.thinking.append(alive[0] - began)
@@ -93,7 +93,7 @@ def perform(
     except BaseException as e:
         # The SDK would repeat the last command for as long as the process lives.
         controller.stop(f"the controller broke: {e}")
-        outlet.write(controller.damping())
+        gate.write(controller.damping())
         raise
     finally:
         watch.set()
@@ -101,9 +101,9 @@ def perform(
     return done
 
 
-def _first_state(wire: Wire) -> State:
+def _first_state(transport: Transport) -> State:
     patience = time.monotonic() + _PATIENCE
-    while (state := wire.read()) is None:
+    while (state := transport.read()) is None:
         if time.monotonic() > patience:
             raise TrackingError(
                 "LowState", found=f"none in {_PATIENCE:.0f} s", expected="a robot at the other end",
@@ -113,11 +113,11 @@ def _first_state(wire: Wire) -> State:
     return state
 
 
-class _Outlet:
+class _CommandGate:
     """The one way out: loop and watchdog take turns, and after a trip only damping passes."""
 
-    def __init__(self, controller: Controller, wire: Wire | None) -> None:
-        self._controller, self._wire, self._lock = controller, wire, threading.Lock()
+    def __init__(self, controller: Controller, transport: Transport | None) -> None:
+        self._controller, self._wire, self._lock = controller, transport, threading.Lock()
 
     def write(self, command: Command) -> None:
         """Send, unless nothing is to be sent."""
@@ -131,7 +131,7 @@ class _Outlet:
                 self._lock.release()
 
 
-def _watchdog(alive: list[float], controller: Controller, outlet: _Outlet) -> threading.Event:
+def _watchdog(alive: list[float], controller: Controller, gate: _CommandGate) -> threading.Event:
     """The SDK repeats the newest command for ever: a loop that hangs must not leave a dancing one there."""
     end = threading.Event()
 
@@ -139,7 +139,7 @@ def _watchdog(alive: list[float], controller: Controller, outlet: _Outlet) -> th
         while not end.wait(0.02):
             if time.monotonic() - alive[0] > _HANGING:
                 controller.stop(f"the controller's loop hung for {_HANGING} s")
-                outlet.write(controller.damping())
+                gate.write(controller.damping())
 
     threading.Thread(target=watch, daemon=True).start()
     return end

@@ -43,18 +43,18 @@ class SensorNoise:
 
 def run_robot(robot_name: str, log: Path, stop: Event, seed: int = 0) -> None:
     """Be the robot until told to stop; then write what happened to `log`.npz, and what the SDK said to `log`.txt."""
-    from tracking.deploy.transport import RobotWire
+    from tracking.deploy.transport import RobotTransport
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the controller's to answer
     with open(log.with_suffix(".txt"), "wb") as talk:
         os.dup2(talk.fileno(), 1)
-    robot, wire, rng = load_robot(robot_name), RobotWire(), np.random.default_rng(seed)
+    robot, transport, rng = load_robot(robot_name), RobotTransport(), np.random.default_rng(seed)
     body = _Body(robot)
     path, times, ages = [body.qpos], [time.monotonic()], []
     pulse, changed, hanging = 0.0, time.monotonic(), True
     due, step = time.monotonic(), 0
     while not stop.is_set():
-        (command, beat), now = wire.command(), time.monotonic()
+        (command, beat), now = transport.command(), time.monotonic()
         if beat != pulse:
             pulse, changed = beat, now
         hanging = hanging and not command.kp.any()
@@ -62,7 +62,7 @@ def run_robot(robot_name: str, log: Path, stop: Event, seed: int = 0) -> None:
             quiet = now - changed > _SILENCE
             body.step(np.zeros_like(command.kp) if quiet else command.kp, command.kd, command.target)
             ages.append(now - changed)
-        wire.publish(*_sensors(body, rng))
+        transport.publish(*_sensors(body, rng))
         step += 1
         if step % 10 == 0:
             path.append(body.qpos)

@@ -42,7 +42,7 @@ def _interface(name: str) -> Any:
     return sdk.UnitreeInterface(name, sdk.RobotType.G1, sdk.MessageType.HG, **xml)
 
 
-class ControllerWire:
+class ControllerTransport:
     """The controller's end."""
 
     def __init__(self, interface: str) -> None:
@@ -88,7 +88,7 @@ class ControllerWire:
         self._sdk.write_low_command(c)
 
 
-class RobotWire:
+class RobotTransport:
     """The robot's end, for rehearsals: on loopback and nowhere else."""
 
     def __init__(self) -> None:

@@ -144,16 +144,16 @@ class Simulated:
 
 def test_the_stages_lead_through_the_whole_dance_and_the_robot_stands_at_the_end(runner):
     robot = load_robot("g1")
-    wire = Simulated(robot)
+    transport = Simulated(robot)
     controller = Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.1, rise_s=1.0, stand_s=0.5))
     seen, now = [], 0.0
     while controller.stage is not Stage.OVER:
-        state = dataclasses.replace(wire.read(), received=now)
-        wire.write(controller.tick(state, now, now))
+        state = dataclasses.replace(transport.read(), received=now)
+        transport.write(controller.tick(state, now, now))
         if not seen or seen[-1] is not controller.stage:
             seen.append(controller.stage)
         if controller.stage is not Stage.OVER:
-            last = wire.body.qpos
+            last = transport.body.qpos
         now += 0.02
     assert seen == [Stage.DAMPING, Stage.STAND, Stage.DANCE, Stage.STAND, Stage.OVER]
     assert not controller.guard.tripped and controller.dances == 1
@@ -183,11 +183,11 @@ class Hanging(Simulated):
 
 
 def test_a_loop_that_hangs_is_damped_by_the_watchdog(runner):
-    wire = Hanging(load_robot("g1"))
+    transport = Hanging(load_robot("g1"))
     controller = Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.04, rise_s=5.0))
-    done = perform(controller, wire, send=True, linger_s=0.1)
+    done = perform(controller, transport, send=True, linger_s=0.1)
     assert "hung" in done.tripped or "late" in done.tripped
-    assert not wire.sent[-1].kp.any()
+    assert not transport.sent[-1].kp.any()
 
 
 class Slow(Hanging):
@@ -206,11 +206,11 @@ class Slow(Hanging):
 
 
 def test_loop_and_watchdog_never_write_at_once_and_after_a_trip_nothing_but_damping_passes(runner):
-    wire = Slow(load_robot("g1"))
+    transport = Slow(load_robot("g1"))
     controller = Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.0, rise_s=5.0))
-    perform(controller, wire, send=True, linger_s=0.2)
-    stiff = [s.kp.any() for s in wire.sent]
-    assert not wire.together and len(stiff) > 8
+    perform(controller, transport, send=True, linger_s=0.2)
+    stiff = [s.kp.any() for s in transport.sent]
+    assert not transport.together and len(stiff) > 8
     assert stiff.index(True) < 6 and not any(stiff[7:])
 
 
@@ -224,10 +224,10 @@ class Breaking(Simulated):
 
 
 def test_a_controller_that_breaks_leaves_damping_on_the_wire(runner):
-    wire = Breaking(load_robot("g1"))
+    transport = Breaking(load_robot("g1"))
     with pytest.raises(TrackingError, match="mode_machine"):
-        perform(Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.04)), wire, send=True)
-    assert wire.sent[4].kp.any() and not wire.sent[-1].kp.any()
+        perform(Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.04)), transport, send=True)
+    assert transport.sent[4].kp.any() and not transport.sent[-1].kp.any()
 
 
 def test_a_new_stage_does_not_reset_what_has_tripped(runner):
@@ -238,10 +238,10 @@ def test_a_new_stage_does_not_reset_what_has_tripped(runner):
 
 
 def test_a_dry_run_sends_nothing(runner):
-    wire = Simulated(load_robot("g1"))
+    transport = Simulated(load_robot("g1"))
     controller = Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.1, rise_s=0.1, stand_s=0.1))
-    done = perform(controller, wire, send=False, stopped=lambda: controller.stage is Stage.DANCE, linger_s=0.0)
-    assert len(done.ticks) > 10 and not wire.sent and done.tripped == "stopped by a person"
+    done = perform(controller, transport, send=False, stopped=lambda: controller.stage is Stage.DANCE, linger_s=0.0)
+    assert len(done.ticks) > 10 and not transport.sent and done.tripped == "stopped by a person"
 
 
 def test_a_wire_without_a_robot_is_an_error_with_the_cure(runner, monkeypatch):

@@ -9,7 +9,7 @@ import pytest
 
 import tracking.deploy.loop as module
 from tracking.deploy.guard import Command, State
-from tracking.deploy.loop import Performance, _Outlet, _watchdog, perform
+from tracking.deploy.loop import Performance, _CommandGate, _watchdog, perform
 from tracking.deploy.stages import Stage
 
 pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
@@ -65,13 +65,15 @@ class Tape:
 
 
 def test_ticks_are_due_a_control_period_apart_and_every_command_is_sent():
-    controller, wire, told = Script(), Tape(), []
+    controller, transport, told = Script(), Tape(), []
     done = perform(
-        controller, wire, send=True, tell=lambda stage, dances: told.append((stage, dances)), linger_s=3 * DT
+        controller, transport, send=True, tell=lambda stage, dances: told.append((stage, dances)), linger_s=3 * DT
     )
     np.testing.assert_allclose(np.diff(controller.due), DT, rtol=1e-6)  # whatever each tick took
-    assert [c is STIFF for c in wire.sent[:7]] == [False] * 2 + [True] * 4 + [False]
-    assert len(wire.sent) == len(done.ticks) == len(done.thinking) == len(controller.due) > 7  # damping is repeated
+    assert [c is STIFF for c in transport.sent[:7]] == [False] * 2 + [True] * 4 + [False]
+    assert (
+        len(transport.sent) == len(done.ticks) == len(done.thinking) == len(controller.due) > 7
+    )  # damping is repeated
     assert told == [(Stage.DAMPING, 0), (Stage.DANCE, 0), (Stage.OVER, 1)]
     assert [name for _, name in done.stages] == ["damping", "dance", "over"] and done.dances == 1
     assert (np.diff(done.ticks) > 0.0).all() and min(done.thinking) >= 0.0 and done.tripped == ""
@@ -84,15 +86,15 @@ def test_where_no_new_state_comes_the_first_is_shown_again_for_the_guard_to_judg
 
 
 def test_a_person_who_stops_is_obeyed_in_the_same_tick():
-    controller, wire, pressed = Script(((Stage.DANCE, 100),)), Tape(), iter([False] * 3 + [True] * 100)
-    done = perform(controller, wire, send=True, stopped=lambda: next(pressed), linger_s=0.0)
-    assert [c is STIFF for c in wire.sent[:4]] == [True] * 3 + [False]
+    controller, transport, pressed = Script(((Stage.DANCE, 100),)), Tape(), iter([False] * 3 + [True] * 100)
+    done = perform(controller, transport, send=True, stopped=lambda: next(pressed), linger_s=0.0)
+    assert [c is STIFF for c in transport.sent[:4]] == [True] * 3 + [False]
     assert done.tripped == "stopped by a person"
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError, SystemExit])
 def test_however_the_loop_ends_the_last_word_is_damping(error):
-    wire, calls = Tape(), iter(range(100))
+    transport, calls = Tape(), iter(range(100))
 
     def stopped():
         if next(calls) == 3:
@@ -100,19 +102,19 @@ def test_however_the_loop_ends_the_last_word_is_damping(error):
         return False
 
     with pytest.raises(error):
-        perform(Script(((Stage.DANCE, 100),)), wire, send=True, stopped=stopped)
-    assert wire.sent[-1] is SOFT and wire.sent[-2] is STIFF
+        perform(Script(((Stage.DANCE, 100),)), transport, send=True, stopped=stopped)
+    assert transport.sent[-1] is SOFT and transport.sent[-2] is STIFF
     assert threading.active_count() < 20
 
 
 def test_an_outlet_without_a_wire_sends_nothing_and_after_a_trip_only_damping_passes():
-    controller, wire = Script(), Tape()
-    _Outlet(controller, None).write(STIFF)
-    outlet = _Outlet(controller, wire)
-    outlet.write(STIFF)
+    controller, transport = Script(), Tape()
+    _CommandGate(controller, None).write(STIFF)
+    gate = _CommandGate(controller, transport)
+    gate.write(STIFF)
     controller.stop("x")
-    outlet.write(STIFF)
-    assert wire.sent == [STIFF, SOFT]
+    gate.write(STIFF)
+    assert transport.sent == [STIFF, SOFT]
 
 
 def test_a_write_that_hangs_does_not_hold_back_another_for_long(monkeypatch):
@@ -125,37 +127,37 @@ def test_a_write_that_hangs_does_not_hold_back_another_for_long(monkeypatch):
             if command is STIFF:
                 free.wait(5.0)
 
-    wire = Hanging()
-    outlet = _Outlet(controller, wire)
-    first = threading.Thread(target=outlet.write, args=(STIFF,))
+    transport = Hanging()
+    gate = _CommandGate(controller, transport)
+    first = threading.Thread(target=gate.write, args=(STIFF,))
     first.start()
-    while not wire.sent:
+    while not transport.sent:
         time.sleep(0.001)
-    outlet.write(SOFT)
-    assert wire.sent == [STIFF, SOFT] and first.is_alive()
+    gate.write(SOFT)
+    assert transport.sent == [STIFF, SOFT] and first.is_alive()
     free.set()
     first.join()
-    outlet.write(SOFT)  # the lock is free again
-    assert len(wire.sent) == 3
+    gate.write(SOFT)  # the lock is free again
+    assert len(transport.sent) == 3
 
 
 def test_the_watchdog_damps_a_loop_that_hangs_and_is_still_when_it_is_told_to_end(monkeypatch):
     monkeypatch.setattr(module, "_HANGING", 0.03)
-    controller, wire = Script(), Tape()
+    controller, transport = Script(), Tape()
     alive = [time.monotonic() + 1e6]
-    end = _watchdog(alive, controller, _Outlet(controller, wire))
+    end = _watchdog(alive, controller, _CommandGate(controller, transport))
     time.sleep(0.05)
-    assert not wire.sent and not controller.guard.tripped  # the loop is alive
+    assert not transport.sent and not controller.guard.tripped  # the loop is alive
     alive[0] = time.monotonic() - 1.0
     until = time.monotonic() + 5.0
-    while not wire.sent and time.monotonic() < until:
+    while not transport.sent and time.monotonic() < until:
         time.sleep(0.005)
-    assert set(map(id, wire.sent)) == {id(SOFT)} and "hung" in controller.guard.tripped
+    assert set(map(id, transport.sent)) == {id(SOFT)} and "hung" in controller.guard.tripped
     end.set()
     time.sleep(0.05)
-    count = len(wire.sent)
+    count = len(transport.sent)
     time.sleep(0.05)
-    assert len(wire.sent) == count
+    assert len(transport.sent) == count
 
 
 @pytest.mark.parametrize("ticks", [[], [3.0]])
