@@ -6,7 +6,7 @@ from clips.edit import at_speed, cut, mirrored, repaired, resample, warped
 from clips.errors import ClipError, ReferenceFileError
 from clips.files import OutputError, aside, write_whole
 from clips.metrics import MetricKey, metric_key, metric_label
-from clips.provenance import ClipSource, Finding, ReadOptions, Repair
+from clips.provenance import Finding, Provenance, ReadOptions, Repair
 from clips.readers import read_clip
 from clips.reference import (
     FREE,
@@ -29,12 +29,12 @@ __all__ = [
     "REQUIRED",
     "Clip",
     "ClipError",
-    "ClipSource",
     "ContactRule",
     "Finding",
     "HumanClip",
     "MetricKey",
     "OutputError",
+    "Provenance",
     "ReadOptions",
     "Reference",
     "ReferenceFileError",

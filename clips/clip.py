@@ -11,7 +11,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.errors import ClipError
-from clips.provenance import ClipSource
+from clips.provenance import Provenance
 from robot_models import RobotModel
 
 REQUIRED = tuple(f"{s}_{p}" for s in ("left", "right") for p in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"))
@@ -30,7 +30,7 @@ class HumanClip:
     parents: tuple[int, ...]  # index of the parent point, -1 for a root
     landmarks: Mapping[str, str]  # "left_knee" -> point name; REQUIRED always, OPTIONAL where found
     height: float  # stature of the person [m]
-    source: ClipSource
+    source: Provenance
     upright: bool = False  # orientations are already identity for someone who stands upright facing +x
 
     def __post_init__(self) -> None:
@@ -81,7 +81,7 @@ class RobotClip:
     root_pos: Float[ndarray, "T 3"]  # [m], world
     root_quat: Float[ndarray, "T 4"]  # wxyz, world_from_root
     joint_pos: Float[ndarray, "T J"]  # [rad]
-    source: ClipSource
+    source: Provenance
 
     def __post_init__(self) -> None:
         _check_time(self)

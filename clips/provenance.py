@@ -43,7 +43,7 @@ class Repair:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ClipSource:
+class Provenance:
     """Provenance of a clip. It travels into the reference file, so it holds nothing that changes between runs."""
 
     file: str  # name without folder
@@ -53,11 +53,11 @@ class ClipSource:
     conversions: tuple[str, ...] = ()  # everything done to the numbers since, in order
     repairs: tuple[Repair, ...] = ()  # damage among the numbers, mended
 
-    def noting(self, *conversions: str) -> ClipSource:
+    def noting(self, *conversions: str) -> Provenance:
         """The same source with more conversions on record."""
         return replace(self, conversions=(*self.conversions, *conversions))
 
-    def mended(self, *repairs: Repair) -> ClipSource:
+    def mended(self, *repairs: Repair) -> Provenance:
         """The same source with more repairs on record."""
         return replace(self, repairs=(*self.repairs, *repairs))
 
@@ -151,9 +151,9 @@ class RawFile:
         findings: Iterable[Finding],
         conversions: Iterable[str] = (),
         repairs: Iterable[Repair] = (),
-    ) -> ClipSource:
+    ) -> Provenance:
         """Provenance of a clip read from this file."""
-        return ClipSource(
+        return Provenance(
             file=self.name,
             sha256=hashlib.sha256(self.data).hexdigest(),
             dialect=dialect,

@@ -19,8 +19,8 @@ from retarget.config import Gates, ReportConfig
 from retarget.dynamics import Dynamics
 from retarget.targets import LIMBS, foot_yaw_rate, heel_toe_points
 from robot_models import RobotModel, heel_toe_positions, lowest_point, self_collision_depth
+from robot_models.maths import intervals_of
 from robot_models.maths import rotation as rot
-from robot_models.maths import runs_of
 
 _RULES = ReportConfig()
 
@@ -179,7 +179,7 @@ def contact_labels(source: HumanClip) -> tuple[Bool[ndarray, "T 4"], Bool[ndarra
     points = heel_toe_points(source)
     in_contact = _RULES.contact.holds(*heights_and_speeds(points, source.fps, own_floor(points)))
     for k in range(4):
-        for a, b in runs_of(in_contact[:, k]):
+        for a, b in intervals_of(in_contact[:, k]):
             if b - a < _RULES.shortest_contact:
                 in_contact[a:b, k] = False
     pivoting = in_contact & np.repeat(np.abs(foot_yaw_rate(source)) > _RULES.pivot_rate, 2, axis=1)
@@ -198,7 +198,7 @@ def _feet(
     slides = [
         1e3 * float(np.linalg.norm(dance[a:b, k, :2] - dance[a, k, :2], axis=-1).max())
         for k in range(4)
-        for a, b in runs_of(still[:, k])
+        for a, b in intervals_of(still[:, k])
     ]
     height = np.abs(dance[..., 2][in_contact])
     speed = np.full((reference.frames, 4), 0.0)

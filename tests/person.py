@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from clips import HumanClip
-from clips.provenance import ClipSource
+from clips.provenance import Provenance
 from robot_models.maths import rotation as rot
 
 FOOT = 0.2  # from ankle to toe [m]
@@ -44,7 +44,7 @@ def person(ankles, toes, fps=50.0, *, middle=None):
     return HumanClip(
         fps=fps, names=tuple(points), positions=np.stack(list(points.values()), axis=1), orientations=None,
         parents=(-1,) * len(points), landmarks={n: n for n in points}, height=1.7,
-        source=ClipSource(file="made", sha256="0" * 64, dialect="made"),
+        source=Provenance(file="made", sha256="0" * 64, dialect="made"),
     )  # fmt: skip
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from clips import HumanClip, RobotClip
 from clips.clip import OPTIONAL, REQUIRED
-from clips.provenance import ClipSource
+from clips.provenance import Provenance
 from robot_models.maths import rotation as rot
 
 # Metres, z up, facing +x: name -> (parent, place).
@@ -22,7 +22,7 @@ PLACES = {
 }  # fmt: skip
 NAMES = tuple(PLACES)
 PARENTS = tuple(-1 if parent is None else NAMES.index(parent) for parent, _ in PLACES.values())
-SOURCE = ClipSource(file="person.x", sha256="0" * 64, dialect="made up")
+SOURCE = Provenance(file="person.x", sha256="0" * 64, dialect="made up")
 LANDMARKS = {k: k for k in (*REQUIRED, *OPTIONAL)}
 
 

@@ -12,7 +12,7 @@ from numpy import ndarray
 from clips.config import REPAIR
 from clips.errors import ClipError
 from clips.provenance import Repair
-from robot_models.maths import runs_of
+from robot_models.maths import intervals_of
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,7 +60,7 @@ def without_gaps(
     lost = lost[first:last]
     stray = ~must & np.array([_worst(lost[:, k]) > REPAIR.gap_s * fps + 1e-9 for k in range(len(names))])
     for k in np.flatnonzero(must & (lost.sum(axis=0) > REPAIR.gap_s * fps)):
-        for a, b in runs_of(lost[:, k]):
+        for a, b in intervals_of(lost[:, k]):
             if b - a > REPAIR.gap_s * fps + 1e-9:
                 raise ClipError(
                     f"{where}, point '{names[k]}'",
@@ -88,7 +88,7 @@ def without_gaps(
 
 def _worst(lost: ndarray) -> float:
     """Frames of the longest gap; endless where it reaches an end, from beyond which nothing can be interpolated."""
-    runs = runs_of(lost)
+    runs = intervals_of(lost)
     if any(a == 0 or b == len(lost) for a, b in runs):
         return float("inf")
     return float(max((b - a for a, b in runs), default=0))

@@ -21,8 +21,8 @@ from clips.edit.resample import cut, sample_quat
 from clips.errors import ClipError
 from clips.provenance import Repair
 from robot_models import load_robot
+from robot_models.maths import intervals_of
 from robot_models.maths import rotation as rot
-from robot_models.maths import runs_of
 
 
 def repaired(clip: Clip, *, strict: bool = False) -> Clip:
@@ -85,7 +85,7 @@ def without_repeats(clip: Clip) -> Clip:
     steps = np.concatenate([np.abs(np.diff(x.reshape(clip.frames, -1), axis=0)) for x in _numbers(clip)], axis=1)
     step = np.append(steps.max(axis=1), 0.0)  # from this frame to the next
     stalled = np.zeros(clip.frames, dtype=bool)
-    for a, b in runs_of(step == 0.0):
+    for a, b in intervals_of(step == 0.0):
         moving = 0 < a and b < clip.frames - 1 and min(step[a - 1], step[b]) * clip.fps > REPAIR.stalled_speed
         if moving and b - a <= max(1.0, REPAIR.gap_s * clip.fps):
             stalled[a + 1 : b + 1] = True

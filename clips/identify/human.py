@@ -13,7 +13,7 @@ from clips.clip import REQUIRED, HumanClip
 from clips.config import IDENTIFY
 from clips.edit import without_gaps
 from clips.errors import ClipError
-from clips.identify.landmark_geometry import guess_landmarks
+from clips.identify.landmark_geometry import estimate_landmarks
 from clips.identify.landmark_names import find_landmarks, find_unit, leg_lengths, stature
 from clips.identify.mapping import UnknownSkeleton, read_mapping
 from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
@@ -109,7 +109,7 @@ def _landmarks_of(
     known = dict(told or find_landmarks(names))
     missing = [k for k in REQUIRED if k not in known]
     if missing:
-        guess = guess_landmarks(names, parents, np.nan_to_num(positions)) | known
+        guess = estimate_landmarks(names, parents, np.nan_to_num(positions)) | known
         raise UnknownSkeleton(raw.name, names, missing, guess)
     return known
 

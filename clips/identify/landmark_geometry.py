@@ -8,16 +8,18 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models.draft import Branches
+from robot_models.draft import SkeletonTree
 
 
-def guess_landmarks(names: Sequence[str], parents: Sequence[int], positions: Float[ndarray, "T K 3"]) -> dict[str, str]:
+def estimate_landmarks(
+    names: Sequence[str], parents: Sequence[int], positions: Float[ndarray, "T K 3"]
+) -> dict[str, str]:
     """Landmark -> point name, as far as geometry tells; to be confirmed by a person.
 
     Legs and arms are pairs of like branches. In a limb the two long bones one after the other are thigh and shank, or
     upper arm and forearm. Left is where it is for someone whose toes point ahead, in a right-handed world.
     """
-    tree = Branches(parents, positions)
+    tree = SkeletonTree(parents, positions)
     pairs = tree.legs_and_arms()
     if pairs is None:
         return {}
@@ -39,7 +41,7 @@ def guess_landmarks(names: Sequence[str], parents: Sequence[int], positions: Flo
     return {landmark: names[point] for landmark, point in found.items()}
 
 
-def _limb(tree: Branches, first: int) -> list[int]:
+def _limb(tree: SkeletonTree, first: int) -> list[int]:
     """Where the two long bones begin, meet and end, and the point after them, down the longest way from `first`."""
     way = [tree.parents[first], *tree.way(first)]
     if len(way) < 4:

@@ -9,7 +9,7 @@ from numpy import ndarray
 
 from retarget.config import GRAVITY
 from retarget.dynamics.inverse_dynamics import Dynamics
-from robot_models.maths import runs_of
+from robot_models.maths import intervals_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +50,7 @@ def hardest_stretches(
     """
     score, parts = dynamics.score, dynamics.parts
     merged: list[tuple[int, int]] = []
-    for a, b in runs_of(score > above):
+    for a, b in intervals_of(score > above):
         near = bool(merged) and a - merged[-1][1] < gap_s * dynamics.fps
         merged.append((merged.pop()[0] if near else a, b))
     found = []
@@ -97,7 +97,7 @@ def flight_fit(dynamics: Dynamics, *, longer_than_s: float = 0.1) -> list[Flight
     last = len(dynamics.com_w) - 1
     lift = GRAVITY * dynamics.net_wrench_w[:, 2] / dynamics.weight  # the CoM's vertical acceleration less gravity's
     height, out = dynamics.com_w[:, 2], []
-    for a, b in runs_of(dynamics.flight):
+    for a, b in intervals_of(dynamics.flight):
         if (b - a) / dynamics.fps <= longer_than_s:
             continue
         start, end = max(a - 1, 0), min(b, last)

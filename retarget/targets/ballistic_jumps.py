@@ -16,7 +16,7 @@ from clips import FREE, HumanClip, heights_and_speeds, own_floor
 from retarget.config import GRAVITY, JumpConfig
 from retarget.targets.contacts import heel_toe_points
 from retarget.targets.targets import Targets
-from robot_models.maths import runs_of
+from robot_models.maths import intervals_of
 
 
 def raise_jumps(targets: Targets, source: HumanClip, config: JumpConfig = JumpConfig()) -> Targets:
@@ -46,6 +46,6 @@ def jumps(contact: Int[ndarray, "T 4"], source: HumanClip, config: JumpConfig = 
     high = np.asarray((height > config.height).all(axis=1))
     return [
         (a, b)
-        for a, b in runs_of((contact == FREE).all(axis=1))
+        for a, b in intervals_of((contact == FREE).all(axis=1))
         if 0 < a and b < len(contact) and high[a:b].any() and (b - a + 1) / source.fps <= config.longest_s
     ]

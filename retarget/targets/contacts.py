@@ -11,7 +11,7 @@ from numpy import ndarray
 from clips import FREE, PIVOTING, PLANTED, HumanClip, heights_and_speeds, own_floor
 from retarget.config import ContactConfig
 from robot_models import FEET
-from robot_models.maths import rotation, runs_of
+from robot_models.maths import intervals_of, rotation
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,7 +67,7 @@ def _hysteresis(tight: ndarray, loose: ndarray, shortest: int) -> ndarray:
     """Runs of `loose` that hold at least `shortest` frames of `tight`; short holes closed first."""
     loose = _close(loose, shortest)
     out = np.zeros(len(loose), dtype=bool)
-    for a, b in runs_of(loose):
+    for a, b in intervals_of(loose):
         hits = np.flatnonzero(tight[a:b])
         if len(hits) >= shortest:
             out[a:b] = True
@@ -77,7 +77,7 @@ def _hysteresis(tight: ndarray, loose: ndarray, shortest: int) -> ndarray:
 def _close(mask: ndarray, shortest: int) -> ndarray:
     """Fill holes shorter than `shortest` frames between two true runs."""
     out = mask.copy()
-    for a, b in runs_of(~mask):
+    for a, b in intervals_of(~mask):
         if 0 < a and b < len(mask) and b - a < shortest:
             out[a:b] = True
     return out

@@ -15,7 +15,7 @@ from clips import FREE, PIVOTING, PLANTED, write_whole
 from retarget.errors import RetargetError
 from retarget.targets.contacts import Contacts
 from robot_models import CONTACT_NAMES, RobotModel
-from robot_models.maths import runs_of
+from robot_models.maths import intervals_of
 
 KINDS = {"free": FREE, "planted": PLANTED, "pivoting": PIVOTING}
 _CONTACT_COLUMNS, _KEY_COLUMNS = ("start", "end", "edge", "kind"), ("time", "joint", "value")
@@ -78,7 +78,7 @@ def write_contacts(contacts: Contacts, fps: float, path: Path) -> None:
     lines = [",".join(_CONTACT_COLUMNS)]
     for k, edge in enumerate(CONTACT_NAMES):
         for kind, number in KINDS.items():
-            for a, b in runs_of(contacts.labels[:, k] == number):
+            for a, b in intervals_of(contacts.labels[:, k] == number):
                 lines.append(f"{a / fps:.3f},{b / fps:.3f},{edge},{kind}")
     with write_whole(path) as stream:
         stream.write(("\n".join(lines) + "\n").encode())

@@ -18,7 +18,7 @@ from retarget.config import FeetConfig
 from retarget.targets.contacts import Contacts
 from retarget.targets.segment_frames import foot_frames
 from robot_models import FEET, RobotModel, Sole
-from robot_models.maths import away_from, runs_of
+from robot_models.maths import away_from, intervals_of
 from robot_models.maths import rotation as rot
 
 _Z = np.array([0.0, 0.0, 1.0])
@@ -88,7 +88,7 @@ def _one_foot(
     pos = scale * (clip.point(f"{side}_ankle") - flat_height(clip, contacts, foot) * _Z) - sole.z * _Z
     locked_pos, locked_quat = pos.copy(), quat.copy()
     locked = np.zeros(len(pos), dtype=bool)
-    for a, b in runs_of((heel | toe) & ~pivot):
+    for a, b in intervals_of((heel | toe) & ~pivot):
         part = slice(a, b)
         locked_pos[part], locked_quat[part] = _stance(
             pos[part], quat[part], heel[part], toe[part], sole, config.ramp_s * clip.fps
@@ -150,7 +150,7 @@ def spread(
     """The difference where locked, eased between neighbouring locks elsewhere."""
     out = np.where(locked[:, None], difference, 0.0)
     fade = int(config.long_swing_s * fps / 2)
-    for a, b in runs_of(~locked):
+    for a, b in intervals_of(~locked):
         before = difference[a - 1] if a > 0 else None
         after = difference[b] if b < len(locked) else None
         steps = np.arange(1, b - a + 1)
@@ -170,7 +170,7 @@ def _eased_off(
 ) -> tuple[ndarray, ndarray]:
     """Swings that leave and meet their stances at rest: a source is called touching while it still moves a little."""
     base_pos, base_quat = locked_pos.copy(), locked_quat.copy()
-    for a, b in runs_of(~locked):
+    for a, b in intervals_of(~locked):
         before, after = max(a - 1, 0), min(b, len(pos) - 1)
         before, after = (before if a > 0 else after), (after if b < len(pos) else before)
         s = smoothstep(np.arange(1, b - a + 1) / (b - a + 1))

@@ -13,8 +13,8 @@ from clips import FREE
 from retarget.config import FeetConfig
 from retarget.targets.feet import FootTargets, smoothstep, spread
 from robot_models import FEET, RobotModel
+from robot_models.maths import intervals_of
 from robot_models.maths import rotation as rot
-from robot_models.maths import runs_of
 
 
 def separate_feet(feet: FootTargets, robot: RobotModel, fps: float, config: FeetConfig = FeetConfig()) -> FootTargets:
@@ -48,7 +48,7 @@ def separate_feet(feet: FootTargets, robot: RobotModel, fps: float, config: Feet
 def _of_stances(overlap: Float[ndarray, "T 2"], stands: Bool[ndarray, "T"]) -> Float[ndarray, "T 2"]:
     """Every stance's longest way, in all its frames."""
     out = np.zeros_like(overlap)
-    for a, b in runs_of(stands):
+    for a, b in intervals_of(stands):
         out[a:b] = overlap[a + _longest(overlap[a:b])]
     return out
 
@@ -56,7 +56,7 @@ def _of_stances(overlap: Float[ndarray, "T 2"], stands: Bool[ndarray, "T"]) -> F
 def _round_the_other(overlap: Float[ndarray, "T 2"], swings: Bool[ndarray, "T"]) -> Float[ndarray, "T 2"]:
     """Every swing's longest way, taken up and given back smoothly on both sides of the frame that needs it."""
     out = np.zeros_like(overlap)
-    for a, b in runs_of(swings):
+    for a, b in intervals_of(swings):
         top = _longest(overlap[a:b])
         out[a:b] = _bump(b - a, top)[:, None] * overlap[a + top]
     return out

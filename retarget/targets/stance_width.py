@@ -14,8 +14,8 @@ from clips import FREE
 from retarget.config import FeetConfig
 from retarget.targets.feet import FootTargets, spread
 from robot_models import FEET, RobotModel, ancestors, joint_axes
+from robot_models.maths import intervals_of
 from robot_models.maths import rotation as rot
-from robot_models.maths import runs_of
 
 
 def narrow_stances(
@@ -50,7 +50,7 @@ def narrow_stances(
 def _of_stances(way: Float[ndarray, "T 2"], flat: Bool[ndarray, "T"], stands: Bool[ndarray, "T"]) -> ndarray:
     """Every stance's median way over its flat frames, in all its frames."""
     out = np.zeros_like(way)
-    for a, b in runs_of(stands):
+    for a, b in intervals_of(stands):
         if flat[a:b].any():
             out[a:b] = np.median(way[a:b][flat[a:b]], axis=0)
     return out

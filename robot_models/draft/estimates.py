@@ -27,7 +27,7 @@ _GRAVITY = 9.81
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Stranger:
+class UnprofiledModel:
     """A robot without a profile, at zero: `data` holds its kinematics there."""
 
     model: mujoco.MjModel
@@ -52,7 +52,7 @@ class Stranger:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Guess:
+class Estimate:
     """Values by joint, what is said about them, and which tables hold anything that the file does not."""
 
     tables: Mapping[str, Mapping[str, float]]
@@ -60,19 +60,19 @@ class Guess:
     guessed: frozenset[str]
 
 
-def servo_guess(stranger: Stranger, height: float, path: Path) -> Guess:
+def estimate_servos(unprofiled: UnprofiledModel, height: float, path: Path) -> Estimate:
     """Gains, armature, effort and speed limits of every joint.
 
     Args:
-        stranger: the robot.
+        unprofiled: the robot.
         height: of its centre of mass over the soles [m].
         path: the model file; a URDF tells speed limits, which MuJoCo does not keep.
     """
-    model, data = stranger.model, stranger.data
-    legs = {b for chain in stranger.limbs.legs.values() for b in chain}
+    model, data = unprofiled.model, unprofiled.data
+    legs = {b for chain in unprofiled.limbs.legs.values() for b in chain}
     speeds, weak, slow = _urdf_speeds(path), [], []
     tables: dict[str, dict[str, float]] = {k: {} for k in ("kp", "kd", "armature", "effort", "velocity")}
-    for name in stranger.joints:
+    for name in unprofiled.joints:
         joint = model.joint(name)
         body, dof = int(joint.bodyid[0]), int(joint.dofadr[0])
         lever = float(np.linalg.norm(data.subtree_com[body] - data.xanchor[joint.id]))
@@ -99,38 +99,38 @@ def servo_guess(stranger: Stranger, height: float, path: Path) -> Guess:
     notes += [f"effort: none in the file for {', '.join(weak)}: 0.3 rad x kp"] if weak else []
     notes += [f"velocity: none in the file for {', '.join(slow)}: {_SPEED:g} rad/s"] if slow else []
     guessed = {"kp", "kd", "armature"} | ({"effort"} if weak else set()) | ({"velocity"} if slow else set())
-    return Guess(tables=tables, notes=tuple(notes), guessed=frozenset(guessed))
+    return Estimate(tables=tables, notes=tuple(notes), guessed=frozenset(guessed))
 
 
-def pose_guess(stranger: Stranger) -> Guess:
+def estimate_pose(unprofiled: UnprofiledModel) -> Estimate:
     """Knees a little bent, feet level, where a leg pitches about y; everything else at zero, or as near as it goes."""
-    angles, notes = dict.fromkeys(stranger.joints, 0.0), []
+    angles, notes = dict.fromkeys(unprofiled.joints, 0.0), []
     for side in FEET:
-        chain = stranger.limbs.legs[side]
-        knee = chain.index(stranger.landmarks[f"{side}_knee"])
-        pitches = [_pitch(stranger, b) for b in chain]
+        chain = unprofiled.limbs.legs[side]
+        knee = chain.index(unprofiled.landmarks[f"{side}_knee"])
+        pitches = [_pitch(unprofiled, b) for b in chain]
         hip = next((k for k in range(knee) if pitches[k]), None)
         ankle = next((k for k in range(knee + 1, len(chain)) if pitches[k]), None)
         if hip is None or ankle is None or not pitches[knee]:
             notes.append(f"default_pose: the {side} leg stands straight: no hip, knee and ankle about y")
             continue
         for k, angle in ((hip, -0.5 * _BEND), (knee, _BEND), (ankle, -0.5 * _BEND)):
-            angles[stranger.joint_of(chain[k])] = pitches[k] * angle
+            angles[unprofiled.joint_of(chain[k])] = pitches[k] * angle
     for name, angle in angles.items():
-        low, high = stranger.model.jnt_range[stranger.model.joint(name).id]
+        low, high = unprofiled.model.jnt_range[unprofiled.model.joint(name).id]
         angles[name] = float(np.clip(angle, low, high))
     notes.append(f"default_pose: knees bent by {_BEND} rad, the rest at zero, inside the ranges")
-    return Guess(tables={"default_pose": angles}, notes=tuple(notes), guessed=frozenset({"default_pose"}))
+    return Estimate(tables={"default_pose": angles}, notes=tuple(notes), guessed=frozenset({"default_pose"}))
 
 
-def doubted_ranges(stranger: Stranger) -> list[str]:
+def doubted_ranges(unprofiled: UnprofiledModel) -> list[str]:
     """Left and right of one robot have the same ranges, mirrored for axes that lie ahead or upright."""
     notes = []
-    for chains in (stranger.limbs.legs, stranger.limbs.arms):
+    for chains in (unprofiled.limbs.legs, unprofiled.limbs.arms):
         for left, right in zip(chains["left"], chains["right"], strict=False):
-            names = stranger.joint_of(left), stranger.joint_of(right)
-            ids = [stranger.model.joint(n).id for n in names]
-            axes, ranges = stranger.data.xaxis[ids], stranger.model.jnt_range[ids]
+            names = unprofiled.joint_of(left), unprofiled.joint_of(right)
+            ids = [unprofiled.model.joint(n).id for n in names]
+            axes, ranges = unprofiled.data.xaxis[ids], unprofiled.model.jnt_range[ids]
             same = float(np.dot(axes[0], axes[1] * [-1.0, 1.0, -1.0])) > 0.0
             off = float(np.abs(ranges[0] - (ranges[1] if same else -ranges[1][::-1])).max())
             if off > _UNLIKE:
@@ -140,9 +140,9 @@ def doubted_ranges(stranger: Stranger) -> list[str]:
     return notes
 
 
-def _pitch(stranger: Stranger, body: str) -> int:
+def _pitch(unprofiled: UnprofiledModel, body: str) -> int:
     """1 or -1 where the body's joint turns about y or -y, else 0."""
-    axis = stranger.data.xaxis[stranger.model.joint(stranger.joint_of(body)).id]
+    axis = unprofiled.data.xaxis[unprofiled.model.joint(unprofiled.joint_of(body)).id]
     return int(np.sign(axis[1])) if abs(axis[1]) > 0.95 else 0
 
 

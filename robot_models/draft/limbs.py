@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models.draft.skeleton_tree import Branches
+from robot_models.draft.skeleton_tree import SkeletonTree
 from robot_models.errors import RobotError
 from robot_models.profile import FEET
 
@@ -59,7 +59,7 @@ def find_limbs(model: mujoco.MjModel, data: mujoco.MjData, where: str) -> Limbs:
     firm = [k for k in range(len(bodies)) if k not in loose]
     at = {k: i for i, k in enumerate(firm)}
     positions = data.xpos[[bodies[k] for k in firm]]
-    tree = Branches([at.get(parents[k], -1) for k in firm], positions[None])
+    tree = SkeletonTree([at.get(parents[k], -1) for k in firm], positions[None])
     found = tree.legs_and_arms()
     if found is None:
         raise RobotError(

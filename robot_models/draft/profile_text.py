@@ -11,7 +11,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models.build import BODY_BIT, build_robot
-from robot_models.draft.estimates import Guess, Stranger, doubted_ranges, pose_guess, servo_guess
+from robot_models.draft.estimates import Estimate, UnprofiledModel, doubted_ranges, estimate_pose, estimate_servos
 from robot_models.draft.hulls import capsules_of, sole_of, surface_points
 from robot_models.draft.limbs import find_limbs, joint_centre, middle_joint
 from robot_models.errors import RobotError
@@ -43,37 +43,37 @@ def draft_profile(path: Path, name: str, out: Path) -> Draft:
     Raises:
         RobotError: no humanoid, or one that does not stand along z and face +x at zero; joints without limits.
     """
-    stranger = _open(path)
-    model, limbs = stranger.model, stranger.limbs
+    unprofiled = _open(path)
+    model, limbs = unprofiled.model, unprofiled.limbs
     bodies = [model.body(b).name for b in range(1, model.nbody) if model.body_jntnum[b]]
     points = surface_points(path, bodies)
-    _check_stance(stranger, points, path)
-    soles, notes = _soles(stranger, points)
-    ankle = stranger.data.body(limbs.legs["left"][-1]).xpos[2]
-    servos = servo_guess(stranger, float(stranger.data.subtree_com[1][2] - ankle) - soles["left"][2], path)
-    pose = pose_guess(stranger)
-    capsules = capsules_of(points, _bare(stranger, [b for b in bodies if b not in limbs.loose], path))
+    _check_stance(unprofiled, points, path)
+    soles, notes = _soles(unprofiled, points)
+    ankle = unprofiled.data.body(limbs.legs["left"][-1]).xpos[2]
+    servos = estimate_servos(unprofiled, float(unprofiled.data.subtree_com[1][2] - ankle) - soles["left"][2], path)
+    pose = estimate_pose(unprofiled)
+    capsules = capsules_of(points, _bare(unprofiled, [b for b in bodies if b not in limbs.loose], path))
     notes = [
         "friction: 0.8, rubber on a hall floor",
         *(
-            [f"freeze: {len(stranger.loose)} joints of fingers, grippers or toes are held at zero"]
-            if stranger.loose
+            [f"freeze: {len(unprofiled.loose)} joints of fingers, grippers or toes are held at zero"]
+            if unprofiled.loose
             else []
         ),
         *notes,
         *([f"capsules: {len(capsules)} around the meshes, one per body"] if capsules else []),
         *servos.notes,
         *pose.notes,
-        *doubted_ranges(stranger),
+        *doubted_ranges(unprofiled),
     ]
     blocks = [
-        _head(stranger, path, name, out),
+        _head(unprofiled, path, name, out),
         *_tables("joints.", servos),
         *_tables("", pose),
         *(_sole(side, limbs.legs[side][-1], soles[side]) for side in FEET),
         *map(_capsule, capsules),
-        ["[landmarks]  # GUESSED from the tree", *(f'{k} = "{stranger.landmarks[k]}"' for k in LANDMARKS)],
-        _tracking(stranger),
+        ["[landmarks]  # GUESSED from the tree", *(f'{k} = "{unprofiled.landmarks[k]}"' for k in LANDMARKS)],
+        _tracking(unprofiled),
     ]
     return Draft(text="\n\n".join("\n".join(block) for block in blocks) + "\n", guesses=tuple(notes))
 
@@ -108,7 +108,7 @@ def without_overlaps(draft: Draft, out: Path) -> Draft:
     return Draft(text=text, guesses=(*draft.guesses, note))
 
 
-def _open(path: Path) -> Stranger:
+def _open(path: Path) -> UnprofiledModel:
     import mujoco
 
     try:
@@ -129,13 +129,13 @@ def _open(path: Path) -> Stranger:
                     cure="give hand or foot a body of its own in the model file, on a joint with a small range",
                 )  # fmt: skip
         landmarks |= {f"{side}_shoulder": joint_centre(model, data, arm), f"{side}_elbow": middle_joint(data, arm)}
-    return Stranger(model=model, data=data, limbs=limbs, landmarks=landmarks)
+    return UnprofiledModel(model=model, data=data, limbs=limbs, landmarks=landmarks)
 
 
-def _check_stance(stranger: Stranger, points: Mapping[str, Float[ndarray, "V 3"]], path: Path) -> None:
+def _check_stance(unprofiled: UnprofiledModel, points: Mapping[str, Float[ndarray, "V 3"]], path: Path) -> None:
     """At zero the robot shall stand along z and face +x, its feet's axes the world's; one joint a body, all with ranges."""
-    model, data, foot = stranger.model, stranger.data, stranger.limbs.legs["left"][-1]
-    leg = np.array(data.body(stranger.landmarks["left_hip"]).xpos - data.body(foot).xpos)
+    model, data, foot = unprofiled.model, unprofiled.data, unprofiled.limbs.legs["left"][-1]
+    leg = np.array(data.body(unprofiled.landmarks["left_hip"]).xpos - data.body(foot).xpos)
     reach = float(np.mean([points[foot][:, 0].max(), points[foot][:, 0].min()])) if foot in points else 0.0
     several = [model.body(b).name for b in range(1, model.nbody) if model.body_jntnum[b] > 1]
     free = [model.joint(j).name for j in range(1, model.njnt) if not model.jnt_limited[j]]
@@ -155,21 +155,23 @@ def _check_stance(stranger: Stranger, points: Mapping[str, Float[ndarray, "V 3"]
             raise RobotError(str(path), found=found, expected=expected, cure=cure)
 
 
-def _bare(stranger: Stranger, bodies: Sequence[str], path: Path) -> Sequence[str]:
+def _bare(unprofiled: UnprofiledModel, bodies: Sequence[str], path: Path) -> Sequence[str]:
     """Bodies that need a capsule: those that the file gives no primitive.
 
     All of a URDF's, if one does: where a profile has capsules, they stand for the whole surface of a URDF.
     """
-    model = stranger.model
+    model = unprofiled.model
     dressed = {model.body(int(b)).name for b in model.geom_bodyid}
     bare = [b for b in bodies if b not in dressed]
     return bodies if bare and path.suffix.lower() == ".urdf" else bare
 
 
-def _soles(stranger: Stranger, points: Mapping[str, Float[ndarray, "V 3"]]) -> tuple[dict[str, Sole], list[str]]:
+def _soles(
+    unprofiled: UnprofiledModel, points: Mapping[str, Float[ndarray, "V 3"]]
+) -> tuple[dict[str, Sole], list[str]]:
     soles, notes = {}, []
     for side in FEET:
-        body = stranger.limbs.legs[side][-1]
+        body = unprofiled.limbs.legs[side][-1]
         soles[side] = sole_of(points[body]) if body in points else _UNKNOWN_SOLE
         told = f"the lowest 4 mm of the surface of '{body}'"
         if body not in points:
@@ -178,7 +180,7 @@ def _soles(stranger: Stranger, points: Mapping[str, Float[ndarray, "V 3"]]) -> t
     return soles, notes
 
 
-def _head(stranger: Stranger, path: Path, name: str, out: Path) -> list[str]:
+def _head(unprofiled: UnprofiledModel, path: Path, name: str, out: Path) -> list[str]:
     try:
         where = path.resolve().relative_to(out.resolve().parent)
     except ValueError:
@@ -186,10 +188,10 @@ def _head(stranger: Stranger, path: Path, name: str, out: Path) -> list[str]:
     return [
         f"# Drafted from {path.name}. Tables marked GUESSED hold what is not in that file: look at each of them.",
         f'name = "{name}"',
-        f'title = "{name}, {len(stranger.joints)} joints"',
-        f'root = "{stranger.model.body(1).name}"',
+        f'title = "{name}, {len(unprofiled.joints)} joints"',
+        f'root = "{unprofiled.model.body(1).name}"',
         "friction = 0.8",
-        *([f"freeze = {_listed(stranger.loose)}"] if stranger.loose else []),
+        *([f"freeze = {_listed(unprofiled.loose)}"] if unprofiled.loose else []),
         "excludes = []",
         "",
         "[source]",
@@ -200,7 +202,7 @@ def _head(stranger: Stranger, path: Path, name: str, out: Path) -> list[str]:
     ]
 
 
-def _tables(prefix: str, guess: Guess) -> Iterable[list[str]]:
+def _tables(prefix: str, guess: Estimate) -> Iterable[list[str]]:
     for key, values in guess.tables.items():
         mark = "  # GUESSED" if key in guess.guessed else ""
         yield [f"[{prefix}{key}]{mark}", *(f'"{n}" = {float(f"{v:.6g}")!r}' for n, v in values.items() if v)]
@@ -221,12 +223,12 @@ def _capsule(c: Capsule) -> list[str]:
     ]  # fmt: skip
 
 
-def _tracking(stranger: Stranger) -> list[str]:
-    model, marks = stranger.model, stranger.landmarks
-    tracked = [stranger.limbs.pelvis, *(marks[f"{s}_{p}"] for s in FEET for p in ("hip", "knee", "foot"))]
-    tracked += [stranger.limbs.torso, *(marks[f"{s}_{p}"] for s in FEET for p in ("shoulder", "elbow", "wrist"))]
+def _tracking(unprofiled: UnprofiledModel) -> list[str]:
+    model, marks = unprofiled.model, unprofiled.landmarks
+    tracked = [unprofiled.limbs.pelvis, *(marks[f"{s}_{p}"] for s in FEET for p in ("hip", "knee", "foot"))]
+    tracked += [unprofiled.limbs.torso, *(marks[f"{s}_{p}"] for s in FEET for p in ("shoulder", "elbow", "wrist"))]
     site = next((model.site(i).name for i in range(model.nsite) if "imu" in model.site(i).name.lower()), "")
-    return ["[tracking]", f'anchor = "{stranger.limbs.torso}"', f'imu = "{site}"', f"bodies = {_listed(tracked)}"]
+    return ["[tracking]", f'anchor = "{unprofiled.limbs.torso}"', f'imu = "{site}"', f"bodies = {_listed(tracked)}"]
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ _ALIKE = 0.1  # two limbs of one body differ in length by less than this share
 _LIMB = 0.2  # of the longest way from the root: no finger is that long
 
 
-class Branches:
+class SkeletonTree:
     """A tree of points that stand parents first.
 
     Args:

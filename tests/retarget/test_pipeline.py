@@ -8,7 +8,7 @@ from conftest import SAMPLES
 
 from clips import HumanClip, MetricKey, cut, read_clip
 from clips.edit import resample
-from clips.provenance import ClipSource
+from clips.provenance import Provenance
 from clips.reference import make_reference
 from retarget import ContactConfig, Gates, RetargetConfig, RetargetError, flight_fit, measure, retarget
 from retarget.targets.contacts import find_contacts
@@ -212,7 +212,7 @@ def test_provenance_travels_into_the_reference(groove):
     assert meta["source"]["file"] == "groove.bvh" and len(meta["source"]["sha256"]) == 64
     assert any("fps" in f["what"] for f in meta["source"]["findings"])
     assert meta["config"]["weights"]["planted"] > 0
-    assert isinstance(groove.source.source, ClipSource)
+    assert isinstance(groove.source.source, Provenance)
 
 
 def test_three_frames_without_leads_are_enough(groove):

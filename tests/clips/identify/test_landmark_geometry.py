@@ -3,11 +3,11 @@
 import numpy as np
 from stick_person import LANDMARKS, NAMES, PARENTS, points
 
-from clips.identify.landmark_geometry import guess_landmarks
+from clips.identify.landmark_geometry import estimate_landmarks
 
 
 def guessed(places, names=NAMES, parents=PARENTS):
-    return guess_landmarks([f"<{n}>" for n in names], parents, places)
+    return estimate_landmarks([f"<{n}>" for n in names], parents, places)
 
 
 def wanted(table=LANDMARKS):

@@ -8,7 +8,7 @@ import pytest
 from conftest import SAMPLES
 
 from clips import ClipError, ReadOptions, read_clip
-from clips.identify.landmark_geometry import guess_landmarks
+from clips.identify.landmark_geometry import estimate_landmarks
 from clips.identify.mapping import UnknownSkeleton
 
 
@@ -103,4 +103,4 @@ def test_the_command_writes_the_draft_once_and_says_how_to_go_on(nameless, tmp_p
 )
 def test_geometry_finds_what_names_tell_on_real_skeletons(shared, file):
     clip = read_clip(shared / "bvh" / f"{file}.bvh")
-    assert guess_landmarks(clip.names, clip.parents, clip.positions) == dict(clip.landmarks)
+    assert estimate_landmarks(clip.names, clip.parents, clip.positions) == dict(clip.landmarks)

@@ -10,7 +10,7 @@ from clips import FREE, PIVOTING, PLANTED
 from retarget import ContactConfig
 from retarget.targets.contacts import find_contacts, foot_yaw_rate, heel_toe_points
 from robot_models.maths import rotation as rot
-from robot_models.maths.intervals import runs_of
+from robot_models.maths.intervals import intervals_of
 
 CONFIG = ContactConfig()
 STRICT = dataclasses.replace(CONFIG, loose_speed=CONFIG.tight_speed, loose_height=CONFIG.tight_height)  # no hysteresis
@@ -44,7 +44,7 @@ def lifted(frames, fps):
 
 def longest_gap(in_contact):
     """Of an edge between two touches [frames]."""
-    return max((b - a for a, b in runs_of(~in_contact) if 0 < a and b < len(in_contact)), default=0)
+    return max((b - a for a, b in intervals_of(~in_contact) if 0 < a and b < len(in_contact)), default=0)
 
 
 def test_noise_beyond_the_tight_speed_and_within_the_loose_one_breaks_no_touch_and_would_without_hysteresis(rng):
@@ -55,7 +55,9 @@ def test_noise_beyond_the_tight_speed_and_within_the_loose_one_breaks_no_touch_a
     assert fast.sum(axis=0).min() > 8 and speeds(clip).max() < CONFIG.loose_speed
     assert find_contacts(clip, CONFIG).in_contact.all()
     strict = find_contacts(clip, STRICT).in_contact
-    assert len(runs_of(~strict[:, 0])) > 2 and longest_gap(strict[:, 0]) >= 3  # shorter gaps are closed there as well
+    assert (
+        len(intervals_of(~strict[:, 0])) > 2 and longest_gap(strict[:, 0]) >= 3
+    )  # shorter gaps are closed there as well
 
 
 def test_noise_over_the_tight_height_and_under_the_loose_one_breaks_no_touch_and_would_without_hysteresis():
@@ -73,7 +75,7 @@ def test_noise_over_the_tight_height_and_under_the_loose_one_breaks_no_touch_and
 
 def test_noise_beyond_the_loose_speed_breaks_a_touch_with_hysteresis_too(rng):
     clip = shaken(1.2 * CONFIG.loose_speed, rng)
-    assert len(runs_of(~find_contacts(clip, CONFIG).in_contact[:, 0])) > 2
+    assert len(intervals_of(~find_contacts(clip, CONFIG).in_contact[:, 0])) > 2
 
 
 def test_a_touch_that_is_never_tight_is_none_however_long_it_is_loose():

@@ -12,7 +12,7 @@ from retarget.targets.contacts import find_contacts
 from retarget.targets.feet import flat_height, foot_targets, smoothstep, spread
 from robot_models import FEET, load_robot
 from robot_models.maths import rotation as rot
-from robot_models.maths.intervals import runs_of
+from robot_models.maths.intervals import intervals_of
 
 CONFIG = ContactConfig()
 
@@ -78,7 +78,7 @@ def test_a_flat_stance_is_one_pose_flat_on_the_floor_however_noisy_the_source(ro
     still = 0
     for k in range(2):
         flat = contacts.in_contact[:, 2 * k : 2 * k + 2].all(axis=1) & ~contacts.pivoting[:, k]
-        for a, b in runs_of(flat):
+        for a, b in intervals_of(flat):
             still += b - a
             assert np.ptp(feet.pos[a:b, k], axis=0).max() < 1e-12
             assert rot.angle_between(feet.quat[a:b, k], feet.quat[[a], k]).max() < 1e-7  # a cosine's rounding

@@ -6,7 +6,7 @@ from derivatives import random_poses
 
 from clips import RobotClip
 from clips.clip import REQUIRED
-from clips.provenance import ClipSource
+from clips.provenance import Provenance
 from retarget.targets.robot_figure import as_figure
 from retarget.targets.segment_frames import foot_frames, trunk_frames
 from robot_models import FEET, forward_kinematics, heel_toe_positions, load_robot
@@ -23,7 +23,7 @@ def recording(robot, qpos, joints=None):
     return RobotClip(
         fps=50.0, robot=robot.name, joint_names=tuple(joints), root_pos=qpos[:, :3], root_quat=qpos[:, 3:7],
         joint_pos=qpos[:, [7 + robot.joint(j) for j in joints]],
-        source=ClipSource(file="made", sha256="0" * 64, dialect="made"),
+        source=Provenance(file="made", sha256="0" * 64, dialect="made"),
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from any_pose import dancer_xml
 
-from robot_models.draft.estimates import doubted_ranges, pose_guess, servo_guess
+from robot_models.draft.estimates import doubted_ranges, estimate_pose, estimate_servos
 from robot_models.draft.profile_text import _open
 from robot_models.pinocchio_model import urdf_text
 
@@ -13,7 +13,7 @@ HEIGHT = 0.7
 FLIPPED_KNEE = ('name="left_knee" axis="0 1 0" range="-0.05 2.5"', 'name="left_knee" axis="0 -1 0" range="-2.5 0.05"')
 
 
-def stranger(folder, *changes):
+def unprofiled(folder, *changes):
     path = folder / "r.xml"
     path.write_text(dancer_xml(*changes))
     return _open(path), path
@@ -30,7 +30,9 @@ def heavier(folder, factor):
 
 
 def test_gains_grow_with_the_weight(tmp_path):
-    once, twice = (servo_guess(s, HEIGHT, p).tables["kp"] for s, p in (heavier(tmp_path, 1.0), heavier(tmp_path, 2.0)))
+    once, twice = (
+        estimate_servos(s, HEIGHT, p).tables["kp"] for s, p in (heavier(tmp_path, 1.0), heavier(tmp_path, 2.0))
+    )
     floor = min(once.values())
     carrying = [n for n in once if once[n] > floor]
     assert {"left_knee", "right_hip_pitch", "waist_roll", "left_shoulder_pitch"} <= set(carrying)
@@ -39,8 +41,8 @@ def test_gains_grow_with_the_weight(tmp_path):
 
 
 def test_a_leg_carries_the_robot_and_an_arm_itself(tmp_path):
-    robot, path = stranger(tmp_path)
-    low, high = (servo_guess(robot, h, path).tables["kp"] for h in (0.5, 1.0))
+    robot, path = unprofiled(tmp_path)
+    low, high = (estimate_servos(robot, h, path).tables["kp"] for h in (0.5, 1.0))
     for name in robot.joints:
         leg = any(p in name for p in ("hip", "knee", "ankle"))
         assert high[name] / low[name] == pytest.approx(2.0 if leg else 1.0, rel=0.1)
@@ -50,8 +52,8 @@ def test_a_leg_carries_the_robot_and_an_arm_itself(tmp_path):
 
 
 def test_left_and_right_are_guessed_alike_and_damping_is_a_time_times_stiffness(tmp_path):
-    robot, path = stranger(tmp_path)
-    tables = servo_guess(robot, HEIGHT, path).tables
+    robot, path = unprofiled(tmp_path)
+    tables = estimate_servos(robot, HEIGHT, path).tables
     for table in tables.values():
         assert list(table) == robot.joints
         for name in (n for n in table if n.startswith("left_")):
@@ -63,26 +65,26 @@ def test_what_the_file_says_is_taken_and_not_called_a_guess(tmp_path, dancer):
     path = tmp_path / "r.urdf"
     path.write_text(urdf_text(dancer))  # a URDF has efforts and speeds
     robot = _open(path)
-    guess = servo_guess(robot, HEIGHT, path)
+    guess = estimate_servos(robot, HEIGHT, path)
     for name in robot.joints:
         assert guess.tables["effort"][name] == dancer.effort[dancer.joint(name)]
         assert guess.tables["velocity"][name] == dancer.velocity[dancer.joint(name)]
     assert not {"effort", "velocity"} & guess.guessed and not any("none in the file" in n for n in guess.notes)
-    bare = servo_guess(*stranger(tmp_path)[:1], HEIGHT, tmp_path / "r.xml")
+    bare = estimate_servos(*unprofiled(tmp_path)[:1], HEIGHT, tmp_path / "r.xml")
     assert {"effort", "velocity"} <= bare.guessed
     assert any(n.startswith("effort: none in the file for left_hip_yaw, ") for n in bare.notes)
-    armed = stranger(
+    armed = unprofiled(
         tmp_path, ('name="left_knee" axis', 'armature="0.123" actuatorfrcrange="-77 77" name="left_knee" axis')
     )
-    own = servo_guess(armed[0], HEIGHT, armed[1])
+    own = estimate_servos(armed[0], HEIGHT, armed[1])
     assert (own.tables["armature"]["left_knee"], own.tables["effort"]["left_knee"]) == (0.123, 77.0)
     assert own.tables["armature"]["right_knee"] != 0.123
 
 
 @pytest.mark.parametrize("changes", [(), (FLIPPED_KNEE,)], ids=["y", "-y"])
 def test_the_guessed_pose_has_level_feet_under_the_hips_and_knees_ahead(tmp_path, changes):
-    robot, _ = stranger(tmp_path, *changes)
-    angles = pose_guess(robot).tables["default_pose"]
+    robot, _ = unprofiled(tmp_path, *changes)
+    angles = estimate_pose(robot).tables["default_pose"]
     data = mujoco.MjData(robot.model)
     for name, angle in angles.items():
         low, high = robot.model.joint(name).range
@@ -97,20 +99,20 @@ def test_the_guessed_pose_has_level_feet_under_the_hips_and_knees_ahead(tmp_path
 
 
 def test_a_leg_that_does_not_pitch_stands_straight_and_says_so(tmp_path):
-    robot, _ = stranger(tmp_path, ('name="left_ankle_pitch" axis="0 1 0"', 'name="left_ankle_pitch" axis="0 0 1"'))
-    guess = pose_guess(robot)
+    robot, _ = unprofiled(tmp_path, ('name="left_ankle_pitch" axis="0 1 0"', 'name="left_ankle_pitch" axis="0 0 1"'))
+    guess = estimate_pose(robot)
     assert any("the left leg stands straight" in n for n in guess.notes)
     assert guess.tables["default_pose"]["left_knee"] == 0.0 < guess.tables["default_pose"]["right_knee"]
 
 
 def test_a_default_pose_stays_inside_a_range_that_excludes_zero(tmp_path):
-    robot, _ = stranger(tmp_path, ('name="left_elbow" axis="0 1 0" range="-2.5 0.05"',
+    robot, _ = unprofiled(tmp_path, ('name="left_elbow" axis="0 1 0" range="-2.5 0.05"',
                                    'name="left_elbow" axis="0 1 0" range="-2.5 -0.7"'))  # fmt: skip
-    assert pose_guess(robot).tables["default_pose"]["left_elbow"] == -0.7
+    assert estimate_pose(robot).tables["default_pose"]["left_elbow"] == -0.7
 
 
 def test_a_flipped_axis_with_a_flipped_range_is_no_difference(tmp_path):
-    assert doubted_ranges(stranger(tmp_path, FLIPPED_KNEE)[0]) == []
+    assert doubted_ranges(unprofiled(tmp_path, FLIPPED_KNEE)[0]) == []
     half = (FLIPPED_KNEE[0], FLIPPED_KNEE[1].replace("-2.5 0.05", "-0.05 2.5"))  # negative control: the axis alone
-    (doubt,) = doubted_ranges(stranger(tmp_path, half)[0])
+    (doubt,) = doubted_ranges(unprofiled(tmp_path, half)[0])
     assert "left_knee's and right_knee's differ" in doubt

@@ -137,7 +137,7 @@ def test_a_strangers_urdf_dances_at_once(tmp_path, file, capsys, monkeypatch):
     from robot_models.geometry import body_geoms
 
     monkeypatch.chdir(tmp_path)
-    assert main(["add", str(SHARE / file), "--name", "stranger", "-o", "stranger.toml"]) == 0
+    assert main(["add", str(SHARE / file), "--name", "unprofiled", "-o", "stranger.toml"]) == 0
     said = capsys.readouterr().out
     assert "stands 3.0 of 3 s" in said
     assert "look at" not in said.replace("look at each of them", "")

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from robot_models.draft.skeleton_tree import Branches
+from robot_models.draft.skeleton_tree import SkeletonTree
 
 # A figure: pelvis 0; legs 1 2 3 and 4 5 6; chest 7; arms 8 9 10 and 11 12 13; head 14.
 PARENTS = [-1, 0, 1, 2, 0, 4, 5, 0, 7, 8, 9, 7, 11, 12, 7]
@@ -16,7 +16,7 @@ PLACES = np.array(
 
 
 def figure(places=PLACES, frames=1):
-    return Branches(PARENTS, np.repeat(places[None], frames, axis=0))
+    return SkeletonTree(PARENTS, np.repeat(places[None], frames, axis=0))
 
 
 def test_the_reach_of_a_chain_is_the_sum_of_its_bones():
@@ -56,7 +56,7 @@ def test_the_answer_does_not_depend_on_size_place_or_turn(rng):
 def test_one_frame_that_flew_off_changes_no_length():
     places = np.repeat(PLACES[None], 5, axis=0)
     places[2] *= 1000.0
-    np.testing.assert_array_equal(Branches(PARENTS, places).reach, figure().reach)
+    np.testing.assert_array_equal(SkeletonTree(PARENTS, places).reach, figure().reach)
 
 
 @pytest.mark.parametrize(("share", "alike"), [(1.05, True), (1.25, False)])
@@ -67,4 +67,4 @@ def test_limbs_a_quarter_longer_than_the_other_are_no_pair(share, alike):
 
 
 def test_a_snake_has_no_pairs():
-    assert Branches([-1, 0, 1, 2], PLACES[None, :4]).legs_and_arms() is None
+    assert SkeletonTree([-1, 0, 1, 2], PLACES[None, :4]).legs_and_arms() is None
