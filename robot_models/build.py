@@ -9,7 +9,7 @@ import numpy as np
 from robot_models.errors import RobotError
 from robot_models.model import RobotModel
 from robot_models.model_file import read_spec
-from robot_models.profile import FEET, RobotProfile, spread
+from robot_models.profile import FEET, RobotProfile, expand_patterns
 
 if TYPE_CHECKING:
     import mujoco
@@ -29,7 +29,9 @@ def build_robot(profile: RobotProfile) -> RobotModel:
     joint_names = tuple(j.name for j in spec.joints if j.name != "root")
     where = f"robot '{profile.name}'"
     tables = {
-        key: np.array(spread(getattr(profile, key), joint_names, where=f"{where}, {key}", cover=key != "damping"))
+        key: np.array(
+            expand_patterns(getattr(profile, key), joint_names, where=f"{where}, {key}", cover=key != "damping")
+        )
         for key in ("kp", "kd", "armature", "damping")
     }
     _dress(spec, profile)
@@ -126,7 +128,7 @@ def _actuate(spec: mujoco.MjSpec, joint_names: tuple[str, ...], kp: np.ndarray, 
 def _limits(spec: mujoco.MjSpec, profile: RobotProfile, joint_names: tuple[str, ...], key: str) -> np.ndarray:
     """Effort or velocity limits: the profile's numbers, else the model file's; a joint without one is refused."""
     where = f"robot '{profile.name}', {key}"
-    values = np.array(spread(getattr(profile, key), joint_names, where=where, cover=False))
+    values = np.array(expand_patterns(getattr(profile, key), joint_names, where=where, cover=False))
     if key == "effort":
         in_file = np.array([spec.joint(n).actfrcrange[1] for n in joint_names])
         values = np.where(values > 0.0, values, in_file)
@@ -182,7 +184,7 @@ def _standing(profile: RobotProfile, model: mujoco.MjModel, joint_names: tuple[s
 
     data = mujoco.MjData(model)
     data.qpos[:7] = [0, 0, 0, 1, 0, 0, 0]
-    data.qpos[7:] = spread(
+    data.qpos[7:] = expand_patterns(
         profile.default_pose, joint_names, where=f"robot '{profile.name}', default_pose", cover=False
     )
     mujoco.mj_kinematics(model, data)

@@ -107,7 +107,9 @@ class RobotProfile:
     variants: Mapping[str, tuple[str, ...]]  # name -> patterns of joints that this variant of the robot lacks
 
 
-def spread(table: Mapping[str, float], joint_names: Sequence[str], *, where: str, cover: bool = True) -> list[float]:
+def expand_patterns(
+    table: Mapping[str, float], joint_names: Sequence[str], *, where: str, cover: bool = True
+) -> list[float]:
     """One number per joint from a pattern table; later patterns win.
 
     Raises:

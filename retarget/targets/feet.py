@@ -96,9 +96,9 @@ def _one_foot(
         locked[part] = True
     if not locked.any():
         return _above_floor(pos, quat, sole), quat, np.zeros((len(pos), 2))
-    new_pos = pos + spread(locked_pos - pos, locked, clip.fps, config)
+    new_pos = pos + interpolate_offsets(locked_pos - pos, locked, clip.fps, config)
     turn = rot.log(rot.multiply(locked_quat, rot.conjugate(quat)))
-    new_quat = rot.multiply(rot.exp(spread(turn, locked, clip.fps, config)), quat)
+    new_quat = rot.multiply(rot.exp(interpolate_offsets(turn, locked, clip.fps, config)), quat)
     new_pos, new_quat = _eased_off(
         new_pos, new_quat, locked_pos, locked_quat, locked & ~pivot, config.ease_s * clip.fps
     )
@@ -144,7 +144,7 @@ def _ramp_from(flat: ndarray, frames: float) -> ndarray:
     return smoothstep(away_from(flat) / max(1.0, frames))
 
 
-def spread(
+def interpolate_offsets(
     difference: Float[ndarray, "T n"], locked: Bool[ndarray, "T"], fps: float, config: FeetConfig = FeetConfig()
 ) -> Float[ndarray, "T n"]:
     """The difference where locked, eased between neighbouring locks elsewhere."""

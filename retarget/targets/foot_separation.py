@@ -11,7 +11,7 @@ from numpy import ndarray
 
 from clips import FREE
 from retarget.config import FeetConfig
-from retarget.targets.feet import FootTargets, smoothstep, spread
+from retarget.targets.feet import FootTargets, interpolate_offsets, smoothstep
 from robot_models import FEET, RobotModel
 from robot_models.maths import intervals_of
 from robot_models.maths import rotation as rot
@@ -35,7 +35,7 @@ def separate_feet(feet: FootTargets, robot: RobotModel, fps: float, config: Feet
         if not overlap.any():
             break
         for k, way in enumerate((-0.5, 0.5)):
-            moved[:, k] += way * spread(_of_stances(overlap, stands[:, k]), stands[:, k], fps, config)
+            moved[:, k] += way * interpolate_offsets(_of_stances(overlap, stands[:, k]), stands[:, k], fps, config)
     for _ in range(config.separation_rounds):
         overlap = _overlap(middles + moved, axes, room) * (low & ~both)[:, None]
         if not overlap.any():

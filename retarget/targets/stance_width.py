@@ -12,7 +12,7 @@ from numpy import ndarray
 
 from clips import FREE
 from retarget.config import FeetConfig
-from retarget.targets.feet import FootTargets, spread
+from retarget.targets.feet import FootTargets, interpolate_offsets
 from robot_models import FEET, RobotModel, ancestors, joint_axes
 from robot_models.maths import intervals_of
 from robot_models.maths import rotation as rot
@@ -43,7 +43,7 @@ def narrow_stances(
         beside = np.sum(leg[:, :2] * left, axis=1)
         low, high = (np.maximum(leg[:, 2], 0.0) * np.tan(end) for end in _roll_range(robot, side, config))
         beyond = beside - np.clip(beside, low, high)
-        moved[:, k] = spread(_of_stances(beyond[:, None] * left, flat, stands), stands, fps, config)
+        moved[:, k] = interpolate_offsets(_of_stances(beyond[:, None] * left, flat, stands), stands, fps, config)
     return feet.moved(moved)
 
 

@@ -7,32 +7,32 @@ import numpy as np
 import pytest
 
 from robot_models import LANDMARKS, RobotError, read_profile
-from robot_models.profile import FEET, PROFILES, Sole, spread
+from robot_models.profile import FEET, PROFILES, Sole, expand_patterns
 
 JOINTS = ["left_knee", "right_knee", "left_knee_roll", "waist"]
 DANCER = (PROFILES / "dancer.toml").read_text()
 
 
 def test_a_pattern_names_whole_joints_and_not_their_beginnings():
-    assert spread({".*": 1.0, "left_knee": 2.0}, JOINTS, where="kp") == [2.0, 1.0, 1.0, 1.0]
+    assert expand_patterns({".*": 1.0, "left_knee": 2.0}, JOINTS, where="kp") == [2.0, 1.0, 1.0, 1.0]
 
 
 def test_of_two_patterns_the_later_wins_wherever_they_stand():
     table = {"left_.*": 1.0, ".*_knee": 2.0, "right_.*": 3.0, "waist": 4.0}
-    assert spread(table, JOINTS, where="kp") == [2.0, 3.0, 1.0, 4.0]
-    assert spread(dict(reversed(table.items())), JOINTS, where="kp") == [1.0, 2.0, 1.0, 4.0]
+    assert expand_patterns(table, JOINTS, where="kp") == [2.0, 3.0, 1.0, 4.0]
+    assert expand_patterns(dict(reversed(table.items())), JOINTS, where="kp") == [1.0, 2.0, 1.0, 4.0]
 
 
 def test_values_follow_the_joints_into_any_order():
     table = {".*knee": 1.0, ".*roll": 2.0, "waist": 3.0}
-    values = dict(zip(JOINTS, spread(table, JOINTS, where="kp"), strict=True))
-    assert spread(table, JOINTS[::-1], where="kp") == [values[j] for j in reversed(JOINTS)]
+    values = dict(zip(JOINTS, expand_patterns(table, JOINTS, where="kp"), strict=True))
+    assert expand_patterns(table, JOINTS[::-1], where="kp") == [values[j] for j in reversed(JOINTS)]
 
 
 def test_joints_that_need_no_number_have_none():
-    assert spread({"waist": 3.0}, JOINTS, where="damping", cover=False) == [0.0, 0.0, 0.0, 3.0]
+    assert expand_patterns({"waist": 3.0}, JOINTS, where="damping", cover=False) == [0.0, 0.0, 0.0, 3.0]
     with pytest.raises(RobotError, match=r"kp: found no value for left_knee, right_knee, left_knee_roll"):
-        spread({"waist": 3.0}, JOINTS, where="kp")
+        expand_patterns({"waist": 3.0}, JOINTS, where="kp")
 
 
 def test_heel_and_toe_are_the_middles_of_the_back_and_front_corners():

@@ -18,7 +18,7 @@ from robot_models import (
 )
 from robot_models.geometry import lowest_point, self_collision_depth
 from robot_models.maths import rotation as rot
-from robot_models.profile import PROFILES, read_profile, spread
+from robot_models.profile import PROFILES, expand_patterns, read_profile
 
 ROBOTS = [n for n in robot_names() if installed(n)]
 
@@ -201,9 +201,9 @@ def test_unknown_names_are_refused_with_the_nearest():
 
 def test_a_pattern_that_matches_nothing_is_an_error():
     with pytest.raises(RobotError, match="no such joint"):
-        spread({"left_hand": 1.0}, ["left_knee"], where="kp")
+        expand_patterns({"left_hand": 1.0}, ["left_knee"], where="kp")
     with pytest.raises(RobotError, match="no value for right_knee"):
-        spread({"left_.*": 1.0}, ["left_knee", "right_knee"], where="kp")
+        expand_patterns({"left_.*": 1.0}, ["left_knee", "right_knee"], where="kp")
 
 
 def test_hashes_tell_robots_apart_and_do_not_change_between_loads():

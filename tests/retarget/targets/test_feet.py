@@ -9,7 +9,7 @@ from person import ANKLE, backwards, elsewhere, person, standing_feet, stepping,
 from clips import FREE, PIVOTING, PLANTED
 from retarget import ContactConfig
 from retarget.targets.contacts import find_contacts
-from retarget.targets.feet import flat_height, foot_targets, smoothstep, spread
+from retarget.targets.feet import flat_height, foot_targets, interpolate_offsets, smoothstep
 from robot_models import FEET, load_robot
 from robot_models.maths import rotation as rot
 from robot_models.maths.intervals import intervals_of
@@ -56,11 +56,15 @@ def test_spreading_keeps_what_is_locked_adds_up_and_runs_backwards_with_time(rng
     locked[20:40] = locked[60:70] = locked[150:170] = True  # a short swing and a long one
     a, b = rng.normal(size=(2, 200, 3))
     for difference in (a, b):
-        np.testing.assert_array_equal(spread(difference, locked, 50.0)[locked], difference[locked])
-    both = spread(2.0 * a - b, locked, 50.0)
-    np.testing.assert_allclose(both, 2.0 * spread(a, locked, 50.0) - spread(b, locked, 50.0), atol=1e-12)
-    np.testing.assert_allclose(spread(a[::-1], locked[::-1], 50.0)[::-1], spread(a, locked, 50.0), atol=1e-12)
-    assert not spread(a, locked, 50.0)[110].any()  # half of a long swing away from either anchor
+        np.testing.assert_array_equal(interpolate_offsets(difference, locked, 50.0)[locked], difference[locked])
+    both = interpolate_offsets(2.0 * a - b, locked, 50.0)
+    np.testing.assert_allclose(
+        both, 2.0 * interpolate_offsets(a, locked, 50.0) - interpolate_offsets(b, locked, 50.0), atol=1e-12
+    )
+    np.testing.assert_allclose(
+        interpolate_offsets(a[::-1], locked[::-1], 50.0)[::-1], interpolate_offsets(a, locked, 50.0), atol=1e-12
+    )
+    assert not interpolate_offsets(a, locked, 50.0)[110].any()  # half of a long swing away from either anchor
 
 
 @pytest.mark.parametrize("gap", [10, 49])
@@ -68,7 +72,9 @@ def test_a_shift_that_is_the_same_on_both_sides_of_a_short_swing_is_kept_through
     locked = np.ones(gap + 20, dtype=bool)
     locked[10 : 10 + gap] = False
     shift = np.where(locked[:, None], [[0.3, -0.2]], 9.0)  # whatever stands in the swing is not asked
-    np.testing.assert_allclose(spread(shift, locked, 50.0), np.broadcast_to([0.3, -0.2], shift.shape), atol=1e-12)
+    np.testing.assert_allclose(
+        interpolate_offsets(shift, locked, 50.0), np.broadcast_to([0.3, -0.2], shift.shape), atol=1e-12
+    )
 
 
 def test_a_flat_stance_is_one_pose_flat_on_the_floor_however_noisy_the_source(robot, rng):
