@@ -20,8 +20,8 @@ import mink
 import numpy as np
 from numpy import ndarray
 
-from clips import MetricKey, ReadOptions, RobotClip, cut, make_reference, read_clip, repaired
-from clips.edit import recentred, resample
+from clips import MetricKey, ReadOptions, RobotClip, cut, make_reference, read_clip, repair
+from clips.edit import recentre, resample
 from retarget import RetargetConfig, measure, retarget
 from retarget.targets import Targets, as_figure, find_contacts, make_targets
 from robot_models import FEET, RobotModel, load_robot
@@ -61,7 +61,7 @@ def main() -> None:
 def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, recordings: Path | None) -> None:
     config = replace(RetargetConfig(), lead_in_s=0.0, lead_out_s=0.0)
     clip = cut(read_clip(path, ReadOptions(fps=fps)), 0.0, seconds)
-    recorded = recentred(resample(repaired(clip), config.fps))
+    recorded = recentre(resample(repair(clip), config.fps))
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
     contacts = find_contacts(source, config.contact)
     none = replace(contacts, in_contact=np.zeros_like(contacts.in_contact), pivoting=np.zeros_like(contacts.pivoting))

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from cli.options import ClipPath, FileOptions
 from cli.terminal import DONE, command, flag
-from clips import OPTIONAL, REQUIRED, Clip, ClipError, HumanClip, read_clip, repaired
+from clips import OPTIONAL, REQUIRED, Clip, ClipError, HumanClip, read_clip, repair
 
 _ANY_RATE = 1.0  # stands in while a file without a rate is described; no number that depends on it is printed
 
@@ -62,8 +62,8 @@ def run(args: Arguments) -> int:
         tell("joints", f"{len(clip.joint_names)} of {clip.robot}", ", ".join(clip.joint_names))
     for note in clip.source.conversions:
         tell("converted", note, "")
-    for repair in clip.source.repairs:
-        tell("repaired", str(repair), "--strict refuses it")
+    for mended in clip.source.repairs:
+        tell("repaired", str(mended), "--strict refuses it")
     if trouble:
         tell("cannot be used", trouble, "")
     return DONE
@@ -72,7 +72,7 @@ def run(args: Arguments) -> int:
 def _mended(clip: Clip, strict: bool) -> tuple[Clip, str]:
     """The clip as retargeting would take it, and why it would not."""
     try:
-        return repaired(clip, strict=strict), ""
+        return repair(clip, strict=strict), ""
     except ClipError as e:
         return clip, str(e)
 

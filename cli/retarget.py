@@ -12,11 +12,11 @@ from cli.progress import progress
 from cli.report_table import print_report
 from cli.retarget_arguments import Arguments, check_one
 from cli.terminal import BELOW_GATE, DONE, command
-from clips import Clip, RobotClip, at_speed, cut, mirrored, read_clip, repaired, save_reference
+from clips import Clip, RobotClip, at_speed, cut, mirror, read_clip, repair, save_reference
 from retarget import (
     Retargeted,
     Transition,
-    fitted,
+    fit_to_dynamics,
     flight_fit,
     hardest_stretches,
     read_contacts,
@@ -57,7 +57,7 @@ def run(args: Arguments) -> int:
         if len(dances) > 1:
             result, transitions = retarget_sequence(dances, robot, config, progress=tell)
         elif args.fit_dynamics:
-            result = fitted(clip, robot, config, progress=tell)
+            result = fit_to_dynamics(clip, robot, config, progress=tell)
         else:
             result = retarget(clip, robot, config, contacts=contacts, keys=keys, progress=tell)
     rate = result.reference.frames / (time.perf_counter() - began)
@@ -82,16 +82,16 @@ def _tell_conventions(console: Console, path: Path, clip: Clip) -> None:
     console.print(f"[bold]{path.name}[/]: {clip.source.dialect}, {clip.frames} frames at {clip.fps:.6g} fps")
     for finding in clip.source.findings:
         console.print(f"  {finding}", markup=False)
-    for repair in clip.source.repairs:
-        console.print(f"  repaired: {repair}", markup=False)
+    for mended in clip.source.repairs:
+        console.print(f"  repaired: {mended}", markup=False)
 
 
 def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Clip:
-    clip = repaired(cut(read_clip(path, args.file.reading()), start, end), strict=args.file.strict)
+    clip = repair(cut(read_clip(path, args.file.reading()), start, end), strict=args.file.strict)
     clip = at_speed(clip, args.speed)
     if not args.mirror:
         return clip
-    return mirrored(as_figure(clip) if isinstance(clip, RobotClip) else clip)
+    return mirror(as_figure(clip) if isinstance(clip, RobotClip) else clip)
 
 
 def _summary(console: Console, result: Retargeted, written: list[Path], rate: float) -> int:

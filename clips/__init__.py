@@ -2,7 +2,7 @@
 
 from clips.clip import OPTIONAL, REQUIRED, Clip, HumanClip, RobotClip, full_qpos
 from clips.contact import ContactRule, floor_nearby, heights_and_speeds, own_floor
-from clips.edit import at_speed, cut, mirrored, repaired, resample, warped
+from clips.edit import at_speed, cut, mirror, repair, resample, warp_time
 from clips.errors import ClipError, ReferenceFileError
 from clips.files import OutputError, aside, write_whole
 from clips.metrics import MetricKey, metric_key, metric_label
@@ -51,14 +51,14 @@ __all__ = [
     "make_reference",
     "metric_key",
     "metric_label",
-    "mirrored",
+    "mirror",
     "own_floor",
     "read_back",
     "read_clip",
-    "repaired",
+    "repair",
     "resample",
     "save_reference",
-    "warped",
+    "warp_time",
     "write_motion",
     "write_whole",
 ]

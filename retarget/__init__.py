@@ -6,7 +6,7 @@ from retarget.errors import RetargetError
 from retarget.pipeline import Retargeted, retarget
 from retarget.report import Metric, Report, measure
 from retarget.targets import ContactEdit, KeyFrame, read_contacts, read_keys, write_contacts
-from retarget.workflows import FitConfig, Transition, fitted, retarget_sequence
+from retarget.workflows import FitConfig, Transition, fit_to_dynamics, retarget_sequence
 
 __all__ = [
     "ContactConfig",
@@ -25,7 +25,7 @@ __all__ = [
     "Transition",
     "WholeClipConfig",
     "dynamics_of",
-    "fitted",
+    "fit_to_dynamics",
     "flight_fit",
     "hardest_stretches",
     "measure",

@@ -161,7 +161,7 @@ class IkConfig(_Checked):
     damping: float = 1e-3
     limit_margin: float = 0.01  # kept from each joint limit [rad]
     speed_share: float = 0.95  # of each motor's speed limit, per output frame
-    pelvis_position: float = 10.0  # weights as in GoalWeights
+    pelvis_position: float = 10.0  # weights as in ObjectiveWeights
     pelvis_orientation: float = 3.0
     torso_orientation: float = 3.0
     planted: float = 20.0  # weight of a touching foot, per metre

@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_reference, repaired
-from clips.edit import recentred, resample
+from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_reference, repair
+from clips.edit import recentre, resample
 from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics, dynamics_of
 from retarget.errors import RetargetError
@@ -26,11 +26,11 @@ from retarget.targets import (
     MotionWithLeads,
     Targets,
     add_leads,
+    apply_edits,
     as_figure,
-    edited,
     find_contacts,
     make_targets,
-    pinned,
+    pin_angles,
     raise_jumps,
 )
 from robot_models import RobotError, RobotModel
@@ -86,15 +86,15 @@ def retarget(
             f"key frames with solver {config.solver}", found=f"{len(keys)} key frames",
             expected="the whole-clip solver: a stream cannot prepare for what comes", option="solver", suggestion="whole-clip",
         )  # fmt: skip
-    part = prepared(clip, robot, config, contacts, keys)
+    part = prepare(clip, robot, config, contacts, keys)
     padded = add_leads(robot, part.coarse, part.targets, config)
-    qpos = solved(robot, padded, part.posture, part.pins, config, progress)
+    qpos = solve(robot, padded, part.posture, part.pins, config, progress)
     bare = reference_of(robot, qpos, padded, config)
     dynamics = physics_of(bare, robot) if config.dynamics else None
     report = measure(bare, robot, part.source, config.gates, dynamics)
     return Retargeted(
         robot=robot,
-        reference=finished(bare, meta_of([part.source], config, report), dynamics),
+        reference=finish_reference(bare, meta_of([part.source], config, report), dynamics),
         report=report,
         sources=(part.source,),
         contacts=part.contacts,
@@ -115,7 +115,7 @@ class Prepared:
     coarse: Float[ndarray, "T nq"]  # poses on a coarse grid
 
 
-def prepared(
+def prepare(
     clip: Clip,
     robot: RobotModel,
     config: RetargetConfig,
@@ -123,9 +123,9 @@ def prepared(
     keys: Sequence[KeyFrame] = (),
 ) -> Prepared:
     """Resample, find the touches, lay the source out in the robot's proportions, and guess poses."""
-    recorded = recentred(resample(repaired(clip), config.fps))
+    recorded = recentre(resample(repair(clip), config.fps))
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
-    labelled = edited(find_contacts(source, config.contact), contacts, config.fps)
+    labelled = apply_edits(find_contacts(source, config.contact), contacts, config.fps)
     targets = raise_jumps(make_targets(source, labelled, robot, config), source, config.jumps)
     posture = _posture(recorded, robot, targets)
     objective = make_objective(robot, targets, config.weights, posture[:, 7:], feet_config=config.feet)
@@ -134,7 +134,7 @@ def prepared(
         contacts=labelled,
         targets=targets,
         posture=posture,
-        pins=pinned(keys, robot, source.frames, config.fps),
+        pins=pin_angles(keys, robot, source.frames, config.fps),
         coarse=coarse_poses(robot, objective, posture, config.fps, config.whole_clip),
     )
 
@@ -156,7 +156,7 @@ def _posture(recorded: Clip, robot: RobotModel, targets: Targets) -> Float[ndarr
     return qpos
 
 
-def solved(
+def solve(
     robot: RobotModel,
     padded: MotionWithLeads,
     posture: Float[ndarray, "T nq"],
@@ -193,7 +193,7 @@ def reference_of(
     )
 
 
-def finished(bare: Reference, meta: Mapping[str, Any], dynamics: Dynamics | None) -> Reference:
+def finish_reference(bare: Reference, meta: Mapping[str, Any], dynamics: Dynamics | None) -> Reference:
     """The reference with what was found out about it: where it comes from, its report, the torques that it needs."""
     torque = None if dynamics is None else dynamics.joint_torque
     return replace(bare, meta={**bare.meta, **meta}, joint_torque=torque)

@@ -1,21 +1,21 @@
 """Changes to a recording: repairs, cuts, other rates, speeds, sides and places."""
 
-from clips.edit.align import placed, recentred
+from clips.edit.align import placed, recentre
 from clips.edit.gaps import without_gaps
-from clips.edit.repair import repaired
+from clips.edit.repair import repair
 from clips.edit.resample import cut, new_times, resample, sample
-from clips.edit.speed import at_speed, mirrored, warped
+from clips.edit.speed import at_speed, mirror, warp_time
 
 __all__ = [
     "at_speed",
     "cut",
-    "mirrored",
+    "mirror",
     "new_times",
     "placed",
-    "recentred",
-    "repaired",
+    "recentre",
+    "repair",
     "resample",
     "sample",
-    "warped",
+    "warp_time",
     "without_gaps",
 ]

@@ -12,7 +12,7 @@ from clips.clip import Clip, HumanClip
 from robot_models.maths import rotation as rot
 
 
-def recentred(clip: Clip) -> Clip:
+def recentre(clip: Clip) -> Clip:
     """The same motion turned and shifted so that it begins over the origin, facing +x; heights stay."""
     if isinstance(clip, HumanClip):
         left = clip.point("left_hip")[0] - clip.point("right_hip")[0]

@@ -25,7 +25,7 @@ from robot_models.maths import intervals_of
 from robot_models.maths import rotation as rot
 
 
-def repaired(clip: Clip, *, strict: bool = False) -> Clip:
+def repair(clip: Clip, *, strict: bool = False) -> Clip:
     """The clip without what no body does: false starts, calibration poses, repeated frames, spikes, a floor that drifts.
 
     Args:

@@ -19,10 +19,10 @@ def resample(clip: Clip, fps: float) -> Clip:
         return clip
     times = new_times(clip.frames, clip.fps, fps)
     note = f"resampled {clip.fps:.6g} -> {fps:.6g} fps ({clip.frames} -> {len(times)} frames)"
-    return sampled(clip, times, fps, note)
+    return sample_clip(clip, times, fps, note)
 
 
-def sampled(clip: Clip, times: Float[ndarray, "N"], fps: float, note: str) -> Clip:
+def sample_clip(clip: Clip, times: Float[ndarray, "N"], fps: float, note: str) -> Clip:
     """The clip at fractional frames, played at `fps`; `note` says in its source what was done."""
     source = clip.source.noting(note)
     if isinstance(clip, HumanClip):

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import Clip, HumanClip
-from clips.edit.resample import sampled
+from clips.edit.resample import sample_clip
 from clips.errors import ClipError
 
 
@@ -26,7 +26,7 @@ def at_speed(clip: Clip, factor: float) -> Clip:
     return replace(clip, fps=clip.fps * factor, source=clip.source.noting(f"played at {factor:g} times its speed"))
 
 
-def warped(clip: Clip, pace: Float[ndarray, "T"]) -> Clip:
+def warp_time(clip: Clip, pace: Float[ndarray, "T"]) -> Clip:
     """The same motion at a pace that changes: frame t goes by `pace[t]` times as fast, the frame rate stays.
 
     Raises:
@@ -38,10 +38,10 @@ def warped(clip: Clip, pace: Float[ndarray, "T"]) -> Clip:
     times = np.interp(np.arange(int(took[-1] + 1e-9) + 1), took, np.arange(len(pace)))
     slowest = int(pace.argmin())
     note = f"paced: {len(pace)} -> {len(times)} frames, {pace.min():.2f} of its speed at {slowest / clip.fps:.2f} s"
-    return sampled(clip, times, clip.fps, note)
+    return sample_clip(clip, times, clip.fps, note)
 
 
-def mirrored(clip: HumanClip) -> HumanClip:
+def mirror(clip: HumanClip) -> HumanClip:
     """Left and right exchanged: reflected in the plane y = 0, with the landmarks of the other side.
 
     A reflection M turns an orientation R into M R M, again a rotation: of its axis only y keeps its sign.

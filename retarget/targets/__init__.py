@@ -2,11 +2,19 @@
 
 from retarget.targets.ballistic_jumps import raise_jumps
 from retarget.targets.contacts import Contacts, find_contacts, foot_yaw_rate, heel_toe_points
-from retarget.targets.edits import ContactEdit, KeyFrame, edited, pinned, read_contacts, read_keys, write_contacts
+from retarget.targets.edits import (
+    ContactEdit,
+    KeyFrame,
+    apply_edits,
+    pin_angles,
+    read_contacts,
+    read_keys,
+    write_contacts,
+)
 from retarget.targets.feet import FootTargets, contact_share, smoothstep
 from retarget.targets.leads import MotionWithLeads, add_leads, blend_frames, targets_of
 from retarget.targets.robot_figure import as_figure
-from retarget.targets.targets import LIMBS, Targets, joined, make_targets
+from retarget.targets.targets import LIMBS, Targets, join, make_targets
 
 __all__ = [
     "LIMBS",
@@ -17,16 +25,16 @@ __all__ = [
     "MotionWithLeads",
     "Targets",
     "add_leads",
+    "apply_edits",
     "as_figure",
     "blend_frames",
     "contact_share",
-    "edited",
     "find_contacts",
     "foot_yaw_rate",
     "heel_toe_points",
-    "joined",
+    "join",
     "make_targets",
-    "pinned",
+    "pin_angles",
     "raise_jumps",
     "read_contacts",
     "read_keys",

@@ -84,7 +84,7 @@ def write_contacts(contacts: Contacts, fps: float, path: Path) -> None:
         stream.write(("\n".join(lines) + "\n").encode())
 
 
-def edited(contacts: Contacts, edits: Iterable[ContactEdit], fps: float) -> Contacts:
+def apply_edits(contacts: Contacts, edits: Iterable[ContactEdit], fps: float) -> Contacts:
     """The touches with the user's own over them; later edits win."""
     in_contact, pivoting = contacts.in_contact.copy(), contacts.pivoting.copy()
     for edit in edits:
@@ -96,7 +96,7 @@ def edited(contacts: Contacts, edits: Iterable[ContactEdit], fps: float) -> Cont
     return replace(contacts, in_contact=in_contact, pivoting=pivoting & both)
 
 
-def pinned(keys: Iterable[KeyFrame], robot: RobotModel, frames: int, fps: float) -> Float[ndarray, "T J"]:
+def pin_angles(keys: Iterable[KeyFrame], robot: RobotModel, frames: int, fps: float) -> Float[ndarray, "T J"]:
     """Joint angles of the key frames on the dance's frames [rad], NaN elsewhere.
 
     Raises:

@@ -11,7 +11,7 @@ from numpy import ndarray
 from clips import FREE, PLANTED
 from retarget.config import RetargetConfig
 from retarget.targets.feet import FootTargets, smoothstep
-from retarget.targets.targets import Targets, joined
+from retarget.targets.targets import Targets, join
 from robot_models import FEET, RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
 
@@ -52,7 +52,7 @@ def add_leads(
     starts = np.concatenate(([0], ends[:-1]))
     return MotionWithLeads(
         qpos=np.concatenate([q for q, _ in parts]),
-        targets=joined([t for _, t in parts]),
+        targets=join([t for _, t in parts]),
         segments=np.array([(a, b, int(i > 0)) for i, (a, b) in enumerate(zip(starts, ends, strict=True))]),
         names=tuple(names),
     )

@@ -31,7 +31,7 @@ def trunk_frames(clip: HumanClip) -> tuple[Float[ndarray, "T 4"], Float[ndarray,
         geometric = _from_left_and_up(left, up)
         recorded = clip.orientation(landmark)
         if recorded is not None:
-            geometric = recorded if clip.upright else calibrated(recorded, geometric)
+            geometric = recorded if clip.upright else calibrate(recorded, geometric)
         frames.append(geometric)
     return frames[0], frames[1]
 
@@ -45,7 +45,7 @@ def foot_frames(clip: HumanClip, side: str, flat: Bool[ndarray, "T"]) -> Float[n
     if recorded is None:
         recorded = rot.from_axes(along, _foot_left(clip, side, along))
     heading = np.arctan2(along[:, 1], along[:, 0])
-    return calibrated(recorded, rot.from_yaw(heading), where=flat)
+    return calibrate(recorded, rot.from_yaw(heading), where=flat)
 
 
 def _foot_left(clip: HumanClip, side: str, along: Float[ndarray, "T 3"]) -> Float[ndarray, "T 3"]:
@@ -66,7 +66,7 @@ def foot_direction(clip: HumanClip, side: str) -> Float[ndarray, "T 3"]:
     return np.cross(left, np.broadcast_to([0.0, 0.0, 1.0], left.shape))
 
 
-def calibrated(
+def calibrate(
     recorded: Float[ndarray, "T 4"], wanted: Float[ndarray, "T 4"], where: Bool[ndarray, "T"] | None = None
 ) -> Float[ndarray, "T 4"]:
     """`recorded` times the constant offset that brings it nearest to `wanted` over the frames `where`."""

@@ -88,7 +88,7 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
     )
 
 
-def joined(parts: Sequence[Targets]) -> Targets:
+def join(parts: Sequence[Targets]) -> Targets:
     """One after the other, in one world."""
 
     def along(pick: Callable[[Targets], ndarray]) -> ndarray:

@@ -4,7 +4,7 @@ from retarget.workflows.batch import BatchConfig, Job, Outcome, jobs_for, motion
 from retarget.workflows.ray_cluster import run_on_ray
 from retarget.workflows.robot_check import check_robot
 from retarget.workflows.sequence import Transition, retarget_sequence
-from retarget.workflows.time_scaling import FitConfig, fitted
+from retarget.workflows.time_scaling import FitConfig, fit_to_dynamics
 
 __all__ = [
     "BatchConfig",
@@ -13,7 +13,7 @@ __all__ = [
     "Outcome",
     "Transition",
     "check_robot",
-    "fitted",
+    "fit_to_dynamics",
     "jobs_for",
     "motion_files",
     "retarget_sequence",

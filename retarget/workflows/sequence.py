@@ -21,12 +21,12 @@ from retarget.pipeline import (
     Prepared,
     Progress,
     Retargeted,
-    finished,
+    finish_reference,
     meta_of,
     physics_of,
-    prepared,
+    prepare,
     reference_of,
-    solved,
+    solve,
 )
 from retarget.report import Report, measure
 from retarget.targets import (
@@ -35,7 +35,7 @@ from retarget.targets import (
     Targets,
     add_leads,
     blend_frames,
-    joined,
+    join,
     smoothstep,
     targets_of,
 )
@@ -81,7 +81,7 @@ def retarget_sequence(
         progress: told as the solver goes on.
     """
     config = config or RetargetConfig()
-    parts = [prepared(clip, robot, config) for clip in clips]
+    parts = [prepare(clip, robot, config) for clip in clips]
     coarse, targets, posture = [parts[0].coarse], [parts[0].targets], [parts[0].posture]
     names, transitions, sources = ["dance"], [], [parts[0].source]
     for part in parts[1:]:
@@ -96,13 +96,13 @@ def retarget_sequence(
     padded = _with_leads(robot, coarse, targets, names, config)
     lead = padded.dance.start
     near, pins = np.concatenate(posture), np.full((padded.dance.stop - lead, len(robot.joint_names)), np.nan)
-    solution = solved(robot, padded, near, pins, config, progress)
+    solution = solve(robot, padded, near, pins, config, progress)
     bare = reference_of(robot, solution, padded, config)
     dynamics = physics_of(bare, robot) if config.dynamics else None
     report = _worst(robot, solution, padded, sources, config, dynamics)
     result = Retargeted(
         robot=robot,
-        reference=finished(bare, meta_of(sources, config, report), dynamics),
+        reference=finish_reference(bare, meta_of(sources, config, report), dynamics),
         report=report,
         sources=tuple(sources),
         contacts=parts[0].contacts,
@@ -182,7 +182,7 @@ def _with_leads(
     robot: RobotModel, coarse: list[ndarray], targets: list[Targets], names: list[str], config: RetargetConfig
 ) -> MotionWithLeads:
     """Leads around all of it; the middle keeps its own segments."""
-    whole = add_leads(robot, np.concatenate(coarse), joined(targets), config)
+    whole = add_leads(robot, np.concatenate(coarse), join(targets), config)
     ends = whole.dance.start + np.cumsum([len(q) for q in coarse])
     inner = [[int(e) - len(q), int(e), 1] for e, q in zip(ends, coarse, strict=True)]
     inner[0][2] = int(whole.segments[whole.names.index("dance")][2])

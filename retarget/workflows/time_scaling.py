@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from clips import Clip, repaired, warped
-from clips.edit import recentred, resample
+from clips import Clip, repair, warp_time
+from clips.edit import recentre, resample
 from retarget.config import RetargetConfig
 from retarget.errors import RetargetError
 from retarget.pipeline import Progress, Retargeted, retarget
@@ -31,7 +31,7 @@ class FitConfig:
     smooth_hz: float = 1.5  # how fast the pace may change [Hz]
 
 
-def fitted(
+def fit_to_dynamics(
     clip: Clip,
     robot: RobotModel,
     config: RetargetConfig | None = None,
@@ -47,7 +47,7 @@ def fitted(
         RetargetError: Pinocchio is not installed; DanceError as for `retarget`.
     """
     config, fit = config or RetargetConfig(), fit or FitConfig()
-    recorded = recentred(resample(repaired(clip), config.fps))
+    recorded = recentre(resample(repair(clip), config.fps))
     best: tuple[float, Retargeted] | None = None
     for _ in range(fit.rounds):
         result = retarget(recorded, robot, config, progress=progress)
@@ -62,7 +62,7 @@ def fitted(
         if share == 0.0:
             break
         flight = result.dynamics.flight[result.reference.dance]
-        recorded = warped(recorded, pace_for(score, flight, config.fps, fit))
+        recorded = warp_time(recorded, pace_for(score, flight, config.fps, fit))
     assert best is not None
     return best[1]
 

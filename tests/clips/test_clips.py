@@ -10,7 +10,7 @@ from conftest import SAMPLES
 
 from clips import ClipError, OutputError, ReferenceFileError, cut, load_reference, read_clip, save_reference
 from clips.edit import resample
-from clips.edit.align import recentred
+from clips.edit.align import recentre
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 
@@ -61,7 +61,7 @@ def test_slerp_resampling_converges_at_second_order():
 
 
 def test_recentring_is_rigid_and_faces_forward(clip):
-    moved = recentred(clip)
+    moved = recentre(clip)
     d = [np.linalg.norm(c.point("left_wrist") - c.point("right_ankle"), axis=1) for c in (clip, moved)]
     np.testing.assert_allclose(d[0], d[1], atol=1e-12)
     left = moved.point("left_hip")[0] - moved.point("right_hip")[0]

@@ -9,7 +9,7 @@ from person import elsewhere, stepping
 
 from clips import RobotClip, cut, read_clip
 from retarget import RetargetConfig, RetargetError, retarget
-from retarget.pipeline import finished, meta_of, prepared, solved
+from retarget.pipeline import finish_reference, meta_of, prepare, solve
 from retarget.targets.leads import add_leads
 from robot_models.maths import rotation as rot
 
@@ -22,9 +22,9 @@ def clip():
 
 
 def test_stages_one_by_one_give_what_the_whole_gives(clip, dancer):
-    part = prepared(clip, dancer, BARE)
+    part = prepare(clip, dancer, BARE)
     padded = add_leads(dancer, part.coarse, part.targets, BARE)
-    qpos = solved(dancer, padded, part.posture, part.pins, BARE, None)
+    qpos = solve(dancer, padded, part.posture, part.pins, BARE, None)
     whole = retarget(clip, dancer, BARE)
     np.testing.assert_allclose(whole.reference.joint_pos, qpos[:, 7:], atol=1e-12)
     np.testing.assert_array_equal(whole.reference.contact, part.contacts.labels)
@@ -49,7 +49,7 @@ def test_a_solver_that_is_none_is_refused(clip, dancer):
 def test_the_dance_begins_over_the_origin_facing_x_wherever_it_was_recorded(dancer):
     clip = stepping()
     clip = dataclasses.replace(clip, positions=clip.positions[18:30])
-    here, there = (prepared(c, dancer, BARE) for c in (clip, elsewhere(clip, 2.0, (5.0, -8.0, 0.0))))
+    here, there = (prepare(c, dancer, BARE) for c in (clip, elsewhere(clip, 2.0, (5.0, -8.0, 0.0))))
     np.testing.assert_allclose(there.targets.pelvis_pos, here.targets.pelvis_pos, atol=1e-9)
     # Half of the sway that 1 Hz of following leaves.
     assert np.abs(here.targets.pelvis_pos[0, :2]).max() < 0.05
@@ -70,9 +70,9 @@ def test_a_recording_of_this_very_robot_is_its_own_posture_and_one_of_another_is
     from robot_models import load_robot
 
     clip = recording(dancer)
-    np.testing.assert_allclose(prepared(clip, dancer, BARE).posture[:, 7:], clip.joint_pos, atol=1e-12)
+    np.testing.assert_allclose(prepare(clip, dancer, BARE).posture[:, 7:], clip.joint_pos, atol=1e-12)
     other = load_robot("g1")
-    posture = prepared(clip, other, BARE).posture
+    posture = prepare(clip, other, BARE).posture
     np.testing.assert_array_equal(posture[:, 7:], np.tile(other.default_joint_pos, (8, 1)))
 
 
@@ -82,7 +82,7 @@ def test_what_was_found_out_is_added_to_a_reference_and_its_motion_stays(clip, d
     assert meta["source"]["file"] == "groove.bvh" and len(meta["more_sources"]) == 1
     assert "more_sources" not in meta_of([result.source], BARE, result.report)
     assert meta == meta_of([result.source, result.source], BARE, result.report)  # nothing of time or place
-    again = finished(result.reference, {"note": 1}, None)
+    again = finish_reference(result.reference, {"note": 1}, None)
     assert again.meta["note"] == 1 and again.meta["segment_names"] == result.reference.meta["segment_names"]
     np.testing.assert_array_equal(again.qpos, result.reference.qpos)
 

@@ -7,7 +7,7 @@ import pytest
 from stick_person import person, robot_clip
 
 from clips import HumanClip
-from clips.edit.align import placed, recentred
+from clips.edit.align import placed, recentre
 from robot_models.maths import rotation as rot
 
 
@@ -51,18 +51,18 @@ def test_a_placing_is_undone_by_its_inverse(clip):
 @pytest.mark.parametrize("angle", [0.3, 2.0, np.pi, -3.0])
 def test_where_and_whither_a_clip_was_recorded_leaves_no_trace(clip, angle):
     elsewhere = placed(clip, angle, np.array([30.0, -7.0, 0.0]), "")
-    same(recentred(elsewhere), recentred(clip), tolerance=1e-9)
+    same(recentre(elsewhere), recentre(clip), tolerance=1e-9)
 
 
 @CLIPS
 def test_what_is_recentred_stays(clip):
-    once = recentred(clip)
-    same(recentred(once), once)
+    once = recentre(clip)
+    same(recentre(once), once)
 
 
 def test_a_robot_begins_over_the_origin_facing_ahead_and_leans_as_before():
     clip = leaning_robot()
-    moved = recentred(clip)
+    moved = recentre(clip)
     np.testing.assert_allclose(moved.root_pos[0], [0.0, 0.0, 0.8], atol=1e-12)
     assert abs(rot.yaw(moved.root_quat[0])) < 1e-12
     up = [rot.rotate(rot.conjugate(c.root_quat), np.tile([0.0, 0.0, 1.0], (20, 1))) for c in (clip, moved)]
@@ -83,7 +83,7 @@ def test_heights_and_relative_turns_are_kept(clip):
 
 def test_the_note_says_what_was_done():
     clip = placed(person(), np.radians(40.0), np.array([2.0, -1.0, 0.0]), "")
-    note = recentred(clip).source.conversions[-1]
+    note = recentre(clip).source.conversions[-1]
     x, y = clip.point("pelvis")[0, :2]
     assert f"moved by ({-x:.3f}, {-y:.3f}) m" in note and "turned by -40.0 deg" in note
 

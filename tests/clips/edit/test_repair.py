@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import ClipError, read_clip, repaired, save_reference
+from clips import ClipError, read_clip, repair, save_reference
 from clips.edit import resample
 from robot_models.maths import rotation as rot
 
@@ -14,7 +14,7 @@ from robot_models.maths import rotation as rot
 @pytest.fixture(scope="module")
 def dance():
     """A sound recording of a person, 10 s."""
-    return repaired(read_clip(SAMPLES / "groove.bvh"))
+    return repair(read_clip(SAMPLES / "groove.bvh"))
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def robots_dance(groove, tmp_path_factory):
     """A sound recording of a robot."""
     path = tmp_path_factory.mktemp("robot") / "ours.npz"
     save_reference(groove.reference, path)
-    return repaired(read_clip(path))
+    return repair(read_clip(path))
 
 
 def only_repair(clip):
@@ -37,17 +37,17 @@ def damaged(clip, **fields):
 @pytest.mark.parametrize("sample", ["groove.bvh", "groove.csv"])
 def test_a_sound_clip_is_given_back_as_it_is(sample):
     clip = read_clip(SAMPLES / sample)
-    assert repaired(clip) is clip
+    assert repair(clip) is clip
 
 
 def test_a_sound_robot_clip_is_given_back_as_it_is(robots_dance):
-    assert repaired(robots_dance) is robots_dance
+    assert repair(robots_dance) is robots_dance
 
 
 def test_a_false_start_is_left_out_and_counted(dance):
     away = dance.positions.copy()
     away[0] += [3.0, 0.0, 0.0]
-    mended = repaired(damaged(dance, positions=away))
+    mended = repair(damaged(dance, positions=away))
     assert only_repair(mended).count == 1 and "hips jump" in only_repair(mended).what
     np.testing.assert_array_equal(mended.positions, dance.positions[1:])
 
@@ -67,39 +67,39 @@ def test_a_calibration_pose_that_is_held_is_left_out(dance):
     held = np.repeat(t_pose(dance)[None], round(0.7 * dance.fps), axis=0)
     held = held + np.random.default_rng(0).normal(0.0, 0.001, held.shape)  # a marker's noise
     led = damaged(dance, positions=np.concatenate((held, dance.positions)), orientations=None)
-    mended = repaired(led)
+    mended = repair(led)
     assert "T-pose" in only_repair(mended).what
     assert only_repair(mended).count == pytest.approx(len(held), abs=round(0.12 * dance.fps))
-    assert repaired(mended) is mended
+    assert repair(mended) is mended
 
 
 def test_a_calibration_pose_in_mid_clip_is_part_of_the_dance(dance):
     held = np.repeat(t_pose(dance)[None], round(0.7 * dance.fps), axis=0)
     half = dance.frames // 2
     middle = np.concatenate((dance.positions[:half], held, dance.positions[half:]))
-    assert not repaired(damaged(dance, positions=middle, orientations=None)).source.repairs
+    assert not repair(damaged(dance, positions=middle, orientations=None)).source.repairs
 
 
 def test_repeated_frames_are_led_through(dance):
     fast = int(np.argmax(np.linalg.norm(np.diff(dance.point("left_wrist"), axis=0), axis=1)))
     stuck, turned = dance.positions.copy(), dance.orientations.copy()
     stuck[fast], turned[fast] = stuck[fast - 1], turned[fast - 1]
-    mended = repaired(damaged(dance, positions=stuck, orientations=turned))
+    mended = repair(damaged(dance, positions=stuck, orientations=turned))
     assert only_repair(mended).count == 1 and "repeated" in only_repair(mended).what
     assert np.abs(mended.positions - dance.positions).max() < 0.2 * np.abs(stuck - dance.positions).max()
-    assert repaired(mended) is mended
+    assert repair(mended) is mended
 
 
 def test_a_pose_that_is_held_is_no_repeated_frame(dance):
     held = np.concatenate((dance.positions[:100], np.repeat(dance.positions[99:100], 60, axis=0)))
     clip = damaged(dance, positions=held, orientations=None)
-    assert repaired(clip) is clip
+    assert repair(clip) is clip
 
 
 def test_a_point_that_flies_off_and_back_is_led_through(dance):
     spiked = dance.positions.copy()
     spiked[120:123, 7] += [0.0, 1.5, 1.0]
-    mended = repaired(damaged(dance, positions=spiked))
+    mended = repair(damaged(dance, positions=spiked))
     assert (only_repair(mended).count, only_repair(mended).of) == (3, "samples")
     assert np.abs(mended.positions - dance.positions).max() < 0.02
 
@@ -107,7 +107,7 @@ def test_a_point_that_flies_off_and_back_is_led_through(dance):
 def test_a_joint_that_flips_and_back_is_led_through(robots_dance):
     spiked = robots_dance.joint_pos.copy()
     spiked[200, 3] += 1.2
-    mended = repaired(damaged(robots_dance, joint_pos=spiked))
+    mended = repair(damaged(robots_dance, joint_pos=spiked))
     assert only_repair(mended).count == 1
     assert np.abs(mended.joint_pos - robots_dance.joint_pos).max() < 0.03
 
@@ -116,7 +116,7 @@ def test_a_dance_torn_in_two_is_refused_with_the_time(dance):
     torn = dance.positions.copy()
     torn[300:] += [2.0, 0.0, 0.0]
     with pytest.raises(ClipError, match=rf"frame 300: found hips that jump .* between {299 / dance.fps:.2f} s and"):
-        repaired(damaged(dance, positions=torn))
+        repair(damaged(dance, positions=torn))
 
 
 def test_a_floor_that_drifts_and_leans_is_levelled(dance):
@@ -125,10 +125,10 @@ def test_a_floor_that_drifts_and_leans_is_levelled(dance):
     positions = video.positions.copy()
     lift = 0.02 * time[:, None] + 0.08 * positions[..., 0]
     positions[..., 2] += lift
-    mended = repaired(damaged(video, positions=positions))
+    mended = repair(damaged(video, positions=positions))
     assert "floor levelled" in only_repair(mended).what
     assert np.ptp((mended.positions - video.positions)[..., 2]) < 0.2 * np.ptp(lift)
-    assert repaired(mended) is mended
+    assert repair(mended) is mended
     # It is turned, not bent: distances are those that were recorded.
     a, b = (
         clip.point("left_ankle") - clip.point("right_shoulder")
@@ -141,18 +141,18 @@ def test_a_floor_that_leans_like_a_roof_is_left_alone(dance):
     positions = dance.positions.copy()
     positions[..., 2] += 0.6 * positions[..., 0]
     clip = damaged(dance, positions=positions)
-    assert repaired(clip) is clip
+    assert repair(clip) is clip
 
 
 def test_strict_refuses_what_would_be_mended_and_names_it(dance):
     spiked = dance.positions.copy()
     spiked[120, 7] += 1.5
     with pytest.raises(ClipError, match=r"spikes led through: 1 samples, first at \d"):
-        repaired(damaged(dance, positions=spiked), strict=True)
-    assert repaired(dance, strict=True) is dance
+        repair(damaged(dance, positions=spiked), strict=True)
+    assert repair(dance, strict=True) is dance
 
 
 def test_strict_refuses_what_was_mended_while_reading():
     clip = read_clip(SAMPLES / "groove.csv")
     with pytest.raises(ClipError, match="lost samples filled by interpolation: 3 samples"):
-        repaired(clip, strict=True)
+        repair(clip, strict=True)

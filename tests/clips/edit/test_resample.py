@@ -8,7 +8,7 @@ from stick_person import person, robot_clip, tagged
 
 from clips import ClipError, cut
 from clips.edit import resample
-from clips.edit.resample import new_times, sample, sample_quat, sampled
+from clips.edit.resample import new_times, sample, sample_clip, sample_quat
 from robot_models.maths import rotation as rot
 
 
@@ -88,7 +88,7 @@ def test_the_same_rate_is_the_same_clip_and_another_is_on_record():
     clip = person()
     assert resample(clip, clip.fps) is clip and resample(clip, clip.fps * (1 + 1e-12)) is clip
     assert resample(clip, 50.0).source.conversions == ("resampled 30 -> 50 fps (60 -> 99 frames)",)
-    assert sampled(clip, np.arange(5.0), 30.0, "why").source.conversions == ("why",)
+    assert sample_clip(clip, np.arange(5.0), 30.0, "why").source.conversions == ("why",)
 
 
 @pytest.mark.parametrize("made", [person, robot_clip])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from stick_person import NAMES, PARENTS, person, robot_clip
 
-from clips import ClipError, at_speed, mirrored, warped
+from clips import ClipError, at_speed, mirror, warp_time
 from robot_models.maths import rotation as rot
 
 MIRROR = np.array([1.0, -1.0, 1.0])
@@ -38,7 +38,7 @@ def test_a_speed_that_is_none_is_refused(factor):
 def test_the_way_through_a_warped_clip_is_the_integral_of_its_pace():
     clip = counting()
     pace = 1.0 + 0.5 * np.sin(np.arange(200) / 15.0)
-    at = warped(clip, pace).positions[:, 0, 0]
+    at = warp_time(clip, pace).positions[:, 0, 0]
     assert at[0] == 0.0 and (np.diff(at) > 0).all() and 199 - 1.5 < at[-1] <= 199
     # One frame later it is `pace` frames further: the pace halfway between, which a chord misses by its curvature,
     # 0.5 / 15^2 / 8.
@@ -49,7 +49,7 @@ def test_the_way_through_a_warped_clip_is_the_integral_of_its_pace():
 
 def test_a_steady_pace_of_one_changes_no_number():
     clip = person()
-    same = warped(clip, np.ones(clip.frames))
+    same = warp_time(clip, np.ones(clip.frames))
     np.testing.assert_allclose(same.positions, clip.positions, atol=1e-12)
     assert rot.angle_between(same.orientations, clip.orientations).max() < 1e-7
 
@@ -57,9 +57,9 @@ def test_a_steady_pace_of_one_changes_no_number():
 def test_warping_by_a_pace_and_by_its_inverse_in_the_new_time_returns_the_clip():
     clip = counting()
     pace = np.linspace(0.5, 1.5, 200)
-    slow = warped(clip, pace)
+    slow = warp_time(clip, pace)
     there = slow.positions[:, 0, 0]  # the old frame of every new one
-    back = warped(slow, 1.0 / np.interp(there, np.arange(200), pace)).positions[:, 0, 0]
+    back = warp_time(slow, 1.0 / np.interp(there, np.arange(200), pace)).positions[:, 0, 0]
     # Trapezoids of a smooth pace: their error adds up to some hundredths of a frame.
     np.testing.assert_allclose(back[:190], np.arange(190), atol=0.05)
 
@@ -69,18 +69,18 @@ def test_a_pace_that_stands_still_or_runs_back_is_refused(bad):
     pace = np.ones(20)
     pace[3] = bad
     with pytest.raises(ClipError, match="pace: .*positive factors"):
-        warped(robot_clip(), pace)
+        warp_time(robot_clip(), pace)
 
 
 def test_the_slowest_moment_is_on_record_with_its_time():
     pace = np.ones(60)
     pace[45] = 0.25
-    assert "0.25 of its speed at 1.50 s" in warped(person(fps=30.0), pace).source.conversions[-1]
+    assert "0.25 of its speed at 1.50 s" in warp_time(person(fps=30.0), pace).source.conversions[-1]
 
 
 def test_a_mirror_keeps_lengths_and_takes_every_landmark_to_the_other_side():
     clip = person()
-    other = mirrored(clip)
+    other = mirror(clip)
     for part in ("knee", "wrist", "toe"):
         np.testing.assert_array_equal(other.point(f"left_{part}"), clip.point(f"right_{part}") * MIRROR)
         np.testing.assert_array_equal(other.point(f"right_{part}"), clip.point(f"left_{part}") * MIRROR)
@@ -96,14 +96,14 @@ def test_a_mirrored_person_still_walks_ahead_which_a_reflection_alone_would_not(
         return np.sum(forward * (clip.point("left_toe") - clip.point("left_ankle")), axis=-1)
 
     clip = person()
-    assert (ahead(clip) > 0).all() and (ahead(mirrored(clip)) > 0).all()
+    assert (ahead(clip) > 0).all() and (ahead(mirror(clip)) > 0).all()
     assert (ahead(replace(clip, positions=clip.positions * MIRROR)) < 0).all()  # negative control
 
 
 def test_orientations_are_reflected_on_both_sides():
     """The frame of a mirrored point is M R M, so that a bone seen from its frame is the mirrored bone."""
     clip = person()
-    other = mirrored(clip)
+    other = mirror(clip)
     m = np.diag(MIRROR)
     np.testing.assert_allclose(rot.to_matrix(other.orientations), m @ rot.to_matrix(clip.orientations) @ m, atol=1e-12)
     k, parent = NAMES.index("left_wrist"), NAMES.index("left_elbow")

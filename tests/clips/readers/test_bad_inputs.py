@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import ClipError, ReadOptions, cut, full_qpos, read_clip, repaired
+from clips import ClipError, ReadOptions, cut, full_qpos, read_clip, repair
 from clips.identify import breadth_first
 from robot_models import RobotError, load_robot
 from robot_models.maths import rotation as rot
@@ -63,7 +63,7 @@ def seed(qpos, robot):
 
 def refused(match, path, option="", **options):
     with pytest.raises(ClipError, match=match) as refusal:
-        repaired(read_clip(path, ReadOptions(**options)))
+        repair(read_clip(path, ReadOptions(**options)))
     assert refusal.value.option == option
     return refusal.value
 
@@ -156,11 +156,11 @@ def test_08_another_up_axis_is_turned_and_a_mirrored_world_refused(tmp_path, poi
         [line.split(",") for line in points[1:]] if points[0].startswith("#") else [p.split(",") for p in points]
     )
     table = np.array([[float(c) if c else np.nan for c in row] for row in rows])
-    y_up, mirrored = table.copy(), table.copy()
+    y_up, mirror = table.copy(), table.copy()
     for i, name in enumerate(head):
         if name.endswith("_y"):
             y_up[:, i], y_up[:, i + 1] = table[:, i + 1], -table[:, i]  # a turn: (x, z, -y)
-            mirrored[:, i] = -table[:, i]
+            mirror[:, i] = -table[:, i]
 
     def write(path, values):
         lines = [",".join("" if np.isnan(v) else f"{v:.6f}" for v in row) for row in values]
@@ -169,7 +169,7 @@ def test_08_another_up_axis_is_turned_and_a_mirrored_world_refused(tmp_path, poi
 
     plain, turned = read_clip(SAMPLES / "groove.csv"), read_clip(write(tmp_path / "y.csv", y_up))
     np.testing.assert_allclose(turned.positions, plain.positions, atol=1e-5)
-    refused("left and right are swapped, or the file is mirrored", write(tmp_path / "m.csv", mirrored))
+    refused("left and right are swapped, or the file is mirrored", write(tmp_path / "m.csv", mirror))
 
 
 def test_09_a_rate_that_is_missing_or_cannot_be(tmp_path, qpos):
@@ -181,7 +181,7 @@ def test_09_a_rate_that_is_missing_or_cannot_be(tmp_path, qpos):
     rows = unitree(qpos)
     rows[:, 0] += 0.3 * np.arange(FRAMES)  # nine metres a second at 30: ninety at 300
     path = csv(tmp_path / "b.csv", rows)
-    assert repaired(read_clip(path, ReadOptions(fps=FPS))).frames == FRAMES
+    assert repair(read_clip(path, ReadOptions(fps=FPS))).frames == FRAMES
     refused("hips that jump .* is its frame rate wrong", path, fps=300.0)
 
 
@@ -301,8 +301,8 @@ def test_18_a_sloped_floor_is_levelled_and_told(points, tmp_path):
                 cells[i] = f"{float(cells[i]) + unit * 0.03 * row / 60.0:.6f}"
         lines.append(",".join(cells))
     (tmp_path / "p.csv").write_text("\n".join(lines))
-    (repair,) = [r for r in repaired(read_clip(tmp_path / "p.csv")).source.repairs if "floor" in r.what]
-    assert "drifts by 3.0 cm/s" in repair.what
+    (mended,) = [r for r in repair(read_clip(tmp_path / "p.csv")).source.repairs if "floor" in r.what]
+    assert "drifts by 3.0 cm/s" in mended.what
 
 
 def test_19_joined_clips_are_refused_at_the_seam(tmp_path, qpos):

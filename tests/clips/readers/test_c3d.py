@@ -5,7 +5,7 @@ import pytest
 
 ezc3d = pytest.importorskip("ezc3d")
 
-from clips import ClipError, ReadOptions, read_clip, repaired
+from clips import ClipError, ReadOptions, read_clip, repair
 
 # Someone who stands facing +x, arms out: metres, z up. Outer and inner markers lie 40 mm off each joint.
 STANDING = {
@@ -81,7 +81,7 @@ def test_a_subjects_prefix_doubles_strays_and_angles_are_left_out_and_counted(tm
     plain = read_clip(write(tmp_path / "plain.c3d", standing()))
     np.testing.assert_array_equal(clip.positions, plain.positions)
     with pytest.raises(ClipError, match="label is there already"):
-        repaired(clip, strict=True)
+        repair(clip, strict=True)
 
 
 def test_lost_ends_are_cut_off_and_long_gaps_refused(tmp_path):

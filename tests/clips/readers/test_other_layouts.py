@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import ClipError, HumanClip, ReadOptions, full_qpos, read_clip, repaired
+from clips import ClipError, HumanClip, ReadOptions, full_qpos, read_clip, repair
 from clips.identify.robot import _stands
 from clips.provenance import RawFile
 from robot_models import load_robot
@@ -113,7 +113,7 @@ def test_protomotions_tensors_are_read_by_torchs_safe_loader(groove, tmp_path):
 @pytest.mark.parametrize("prefix", ["", "body_"])
 def test_mediapipes_points_are_named_in_its_own_way(tmp_path, prefix):
     """MediaPipe's and FreeMoCap's 33 names in millimetres, z up, with face, fingers and heels beside the body's."""
-    person = repaired(read_clip(SAMPLES / "groove.bvh"))
+    person = repair(read_clip(SAMPLES / "groove.bvh"))
     named = {n: person.point(n) for n in person.landmarks if n.split("_")[-1] in BODY}
     named |= {f"{s}_foot_index": person.point(f"{s}_toe") for s in ("left", "right")}
     named |= {f"{s}_heel": person.point(f"{s}_ankle") - [0.05, 0.0, 0.05] for s in ("left", "right")}

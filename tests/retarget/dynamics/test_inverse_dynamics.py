@@ -60,9 +60,9 @@ def test_nothing_differentiates_across_a_cut(dancer):
     qpos = standing(dancer, 8)
     qpos[4:, 0] += 1.0
     qpos[4:, 7] += 0.3
-    joined = dynamics_of(reference_of(dancer, qpos), dancer)
+    join = dynamics_of(reference_of(dancer, qpos), dancer)
     cut_ = dynamics_of(reference_of(dancer, qpos, segments=[[0, 4, 0], [4, 8, 0]]), dancer)
-    assert joined.score.max() > 10.0
+    assert join.score.max() > 10.0
     # A slightly other hip is still a stand: the force is the weight.
     np.testing.assert_allclose(cut_.net_wrench_w[:, :3], np.tile([0.0, 0.0, cut_.weight], (8, 1)), atol=1e-9)
 

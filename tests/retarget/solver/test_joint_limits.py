@@ -73,8 +73,8 @@ def test_the_way_inside_is_the_same_when_time_runs_backwards_and_when_left_is_ri
     joints = wild(rng)
     out = project(limits(40), joints, 12)
     np.testing.assert_allclose(project(limits(40), joints[::-1].copy(), 12)[::-1], out, atol=1e-9)
-    mirrored = limits(40, low=(-1.0, -0.8), high=(1.0, 0.6))
-    np.testing.assert_allclose(project(mirrored, -joints, 12), -out, atol=1e-9)
+    mirror = limits(40, low=(-1.0, -0.8), high=(1.0, 0.6))
+    np.testing.assert_allclose(project(mirror, -joints, 12), -out, atol=1e-9)
 
 
 @pytest.mark.parametrize("reach", [8, 12])

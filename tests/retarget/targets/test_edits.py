@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import ClipError, at_speed, cut, mirrored, read_clip, warped
+from clips import ClipError, at_speed, cut, mirror, read_clip, warp_time
 from retarget import (
     FitConfig,
     KeyFrame,
     RetargetConfig,
     RetargetError,
-    fitted,
+    fit_to_dynamics,
     read_contacts,
     read_keys,
     retarget,
     write_contacts,
 )
 from retarget.targets.contacts import find_contacts
-from retarget.targets.edits import edited
+from retarget.targets.edits import apply_edits
 from retarget.workflows.time_scaling import pace_for
 
 SHORT = RetargetConfig(lead_in_s=0.0, lead_out_s=0.0)
@@ -31,7 +31,7 @@ def clip():
 def test_written_touches_read_back_as_the_same(groove, tmp_path):
     write_contacts(groove.contacts, 50.0, tmp_path / "c.csv")
     nothing = find_contacts(groove.source, SHORT.contact)
-    again = edited(nothing, read_contacts(tmp_path / "c.csv"), 50.0)
+    again = apply_edits(nothing, read_contacts(tmp_path / "c.csv"), 50.0)
     np.testing.assert_array_equal(again.labels, groove.contacts.labels)
 
 
@@ -76,14 +76,14 @@ def test_key_frames_that_cannot_be_are_refused(clip, dancer, time, value, match)
 
 
 def test_mirrored_twice_is_the_clip(clip):
-    again = mirrored(mirrored(clip))
+    again = mirror(mirror(clip))
     np.testing.assert_array_equal(again.positions, clip.positions)
     np.testing.assert_array_equal(again.orientations, clip.orientations)
     assert again.landmarks == clip.landmarks
 
 
 def test_a_mirrored_clip_gives_the_mirrored_dance(clip, dancer):
-    plain, other = retarget(clip, dancer, SHORT).reference, retarget(mirrored(clip), dancer, SHORT).reference
+    plain, other = retarget(clip, dancer, SHORT).reference, retarget(mirror(clip), dancer, SHORT).reference
     for name in ("elbow", "knee", "hip_pitch", "shoulder_pitch"):
         a, b = (r.joint_pos[:, dancer.joint(f"{s}_{name}")] for r, s in ((plain, "left"), (other, "right")))
         assert np.abs(np.abs(a) - np.abs(b)).mean() < 0.02, name
@@ -97,7 +97,7 @@ def test_speed_changes_the_length_and_not_the_path(clip):
 
 
 def test_a_warped_clip_takes_the_time_that_its_pace_says(clip):
-    slow = warped(clip, np.full(clip.frames, 0.5))
+    slow = warp_time(clip, np.full(clip.frames, 0.5))
     assert slow.frames == 2 * clip.frames - 1 and slow.fps == clip.fps
     np.testing.assert_allclose(slow.positions[::2], clip.positions, atol=1e-9)
 
@@ -112,7 +112,7 @@ def test_pace_leaves_alone_what_is_easy_and_what_flies():
 def test_fitting_slows_a_hurried_dance_until_physics_allows_it(dancer):
     pytest.importorskip("pinocchio")
     hurried = at_speed(cut(read_clip(SAMPLES / "groove.bvh"), 7.0, 9.5), 2.0)
-    plain, slowed = retarget(hurried, dancer, SHORT), fitted(hurried, dancer, SHORT)
+    plain, slowed = retarget(hurried, dancer, SHORT), fit_to_dynamics(hurried, dancer, SHORT)
     impossible = [(r.dynamics.score >= 1.0).sum() for r in (plain, slowed)]
     assert impossible[0] > 5  # the control
     assert impossible[1] < 0.3 * impossible[0]

@@ -8,7 +8,7 @@ from conftest import SAMPLES
 from person import elsewhere, stepping
 
 from clips import cut, read_clip
-from retarget.targets.segment_frames import calibrated, foot_direction, foot_frames, trunk_frames
+from retarget.targets.segment_frames import calibrate, foot_direction, foot_frames, trunk_frames
 from robot_models.maths import rotation as rot
 
 
@@ -62,16 +62,16 @@ def test_a_constant_offset_is_taken_off_wherever_it_is_seen(rng):
     assert angles(recorded, wanted) > 0.1  # the control
     where = rng.random(40) < 0.2
     for mask in (None, where, np.zeros(40, dtype=bool)):  # of nowhere, everywhere is meant
-        assert angles(calibrated(recorded, wanted, where=mask), wanted) < 1e-6
+        assert angles(calibrate(recorded, wanted, where=mask), wanted) < 1e-6
     spoiled = wanted.copy()
     spoiled[~where] = rot.normalise(rng.normal(size=(int((~where).sum()), 4)))
-    assert angles(calibrated(recorded, spoiled, where=where), wanted) < 1e-6  # only those frames are asked
+    assert angles(calibrate(recorded, spoiled, where=where), wanted) < 1e-6  # only those frames are asked
 
 
 def test_calibration_changes_no_motion_only_its_offset(rng):
     recorded, wanted = (rot.normalise(rng.normal(size=(30, 4))) for _ in range(2))
     recorded = rot.continuous(recorded)
-    out = calibrated(recorded, wanted)
+    out = calibrate(recorded, wanted)
     offsets = rot.multiply(rot.conjugate(recorded), out)
     assert angles(offsets, np.broadcast_to(offsets[0], offsets.shape)) < 1e-6
 

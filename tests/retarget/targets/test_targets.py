@@ -8,7 +8,7 @@ from person import backwards, elsewhere, stepping
 
 from retarget import RetargetConfig
 from retarget.targets.contacts import find_contacts
-from retarget.targets.targets import LIMBS, joined, make_targets
+from retarget.targets.targets import LIMBS, join, make_targets
 from robot_models import FEET, forward_kinematics, leg_length, load_robot
 from robot_models.maths import rotation as rot
 
@@ -100,7 +100,7 @@ def test_planted_feet_stay_within_reach_of_their_hips(robot, reach):
 def test_parts_joined_are_the_whole_and_frames_picked_are_those(robot):
     whole = laid_out(stepping(), robot)
     frames = np.arange(len(whole.pelvis_pos))
-    again = joined([whole.at(frames[:30]), whole.at(frames[30:31]), whole.at(frames[31:])])
+    again = join([whole.at(frames[:30]), whole.at(frames[30:31]), whole.at(frames[31:])])
     for name in ARRAYS:
         np.testing.assert_array_equal(getattr(again, name), getattr(whole, name))
     for name in ("pos", "quat", "contact", "shift"):
@@ -117,6 +117,6 @@ def test_joined_quaternions_do_not_change_sign_from_frame_to_frame(robot):
     whole = laid_out(stepping(), robot)
     frames = np.arange(10)
     flipped = dataclasses.replace(whole, pelvis_quat=-whole.pelvis_quat, torso_quat=-whole.torso_quat)
-    again = joined([whole.at(frames), flipped.at(frames), whole.at(frames)])
+    again = join([whole.at(frames), flipped.at(frames), whole.at(frames)])
     for name in ("pelvis_quat", "torso_quat"):
         assert (np.sum(getattr(again, name)[1:] * getattr(again, name)[:-1], axis=1) > 0.9).all()

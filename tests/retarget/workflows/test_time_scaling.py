@@ -7,7 +7,7 @@ from person import stepping
 from standing import reference_of, standing
 
 import retarget.workflows.time_scaling as fit_module
-from retarget import FitConfig, Report, RetargetConfig, Retargeted, RetargetError, fitted
+from retarget import FitConfig, Report, RetargetConfig, Retargeted, RetargetError, fit_to_dynamics
 from retarget.targets.contacts import find_contacts
 from retarget.targets.targets import make_targets
 from retarget.workflows.time_scaling import pace_for
@@ -64,7 +64,7 @@ def result_of(clip, robot, score):
 
 
 def rounds_of(monkeypatch, shares):
-    """Lets `fitted` see results whose shares of impossible frames are given; the clips that each round saw."""
+    """Lets `fit_to_dynamics` see results whose shares of impossible frames are given; the clips that each round saw."""
     seen = []
 
     def stub(clip, robot, config, *, progress=None):
@@ -83,7 +83,7 @@ def rounds_of(monkeypatch, shares):
 )
 def test_the_best_round_is_kept_and_none_follows_a_perfect_one(monkeypatch, dancer, shares, rounds, kept):
     seen = rounds_of(monkeypatch, shares)
-    result = fitted(stepping(), dancer, RetargetConfig(), FIT)
+    result = fit_to_dynamics(stepping(), dancer, RetargetConfig(), FIT)
     assert len(seen) == rounds and result.source is seen[kept - 1]
     lengths = [clip.frames for clip in seen]
     assert lengths == sorted(lengths) and len(set(lengths)) == len(lengths)  # each slower than the one before
@@ -92,4 +92,4 @@ def test_the_best_round_is_kept_and_none_follows_a_perfect_one(monkeypatch, danc
 def test_without_dynamics_there_is_nothing_to_fit_to(monkeypatch, dancer):
     monkeypatch.setattr(fit_module, "retarget", lambda clip, robot, config, progress: result_of(clip, robot, None))
     with pytest.raises(RetargetError, match="pip install pin"):
-        fitted(stepping(), dancer)
+        fit_to_dynamics(stepping(), dancer)

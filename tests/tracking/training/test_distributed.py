@@ -28,7 +28,7 @@ import test_team
 from robot_models import load_robot
 from tracking import train
 from tracking.training.ppo import Trainer
-from tracking.task.motion_set import read_pieces
+from tracking.task.motion_set import read_motion_set
 
 end, trainers = Trainer.iterate, []
 Trainer.iterate = lambda self, kl: (trainers.append(self), end(self, kl))[1]
@@ -38,7 +38,7 @@ config = test_team.__dict__[config]
 if resume == "half":
     import dataclasses
     config = dataclasses.replace(config, steps=config.steps // 2)
-run = train(robot, read_pieces([Path(file)], robot), Path(folder), config, resume=resume == "resume")
+run = train(robot, read_motion_set([Path(file)], robot), Path(folder), config, resume=resume == "resume")
 weights = b"".join(p.detach().numpy().tobytes() for p in trainers[-1].actor.parameters())
 told = {"weights": hashlib.sha256(weights).hexdigest(), "frames": trainers[-1].task.frame.tolist(), "curves": run.curves}
 Path(f"{folder}.{os.environ['RANK']}.json").write_text(json.dumps(told))

@@ -30,11 +30,11 @@ import sys
 from pathlib import Path
 from robot_models import load_robot
 from tracking import train
-from tracking.task.motion_set import read_pieces
+from tracking.task.motion_set import read_motion_set
 sys.path[:0] = ["tests", "tests/tracking/training"]
 from test_interruption import CONFIG
 robot = load_robot("dancer")
-run = train(robot, read_pieces([Path(sys.argv[1])], robot), Path(sys.argv[2]), CONFIG)
+run = train(robot, read_motion_set([Path(sys.argv[1])], robot), Path(sys.argv[2]), CONFIG)
 print(run.steps, run.stopped)
 """
 
