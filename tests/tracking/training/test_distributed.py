@@ -24,7 +24,7 @@ CHILD = """
 import hashlib, json, os, sys
 from pathlib import Path
 sys.path[:0] = ["tests", "tests/tracking/training"]
-import test_team
+import test_distributed
 from robot_models import load_robot
 from tracking import train
 from tracking.training.ppo import Trainer
@@ -34,7 +34,7 @@ end, trainers = Trainer.iterate, []
 Trainer.iterate = lambda self, kl: (trainers.append(self), end(self, kl))[1]
 file, folder, config, resume = sys.argv[1:]
 robot = load_robot("dancer")
-config = test_team.__dict__[config]
+config = test_distributed.__dict__[config]
 if resume == "half":
     import dataclasses
     config = dataclasses.replace(config, steps=config.steps // 2)
