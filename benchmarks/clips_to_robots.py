@@ -70,7 +70,7 @@ def row(robot_name: str, file: Path, seconds: float) -> str:
     result = retarget(clip, robot)
     rate = result.reference.frames / (time.perf_counter() - began)
     values = {m.key: m.value for m in result.report.metrics}
-    failed = ", ".join(COLUMNS.get(m.name, m.name) for m in result.report.failures)
+    failed = ", ".join(COLUMNS.get(m.key, m.label) for m in result.report.failures)
     cells = [f"{values[n]:.3g}" for n in COLUMNS]
     return f"| {robot_name} | {file.name} | {failed or 'pass'} | {rate:.0f} | {' | '.join(cells)} |"
 

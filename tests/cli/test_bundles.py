@@ -1,5 +1,6 @@
 """From a bundle to other engines and other forms, by the commands."""
 
+import functools
 import json
 
 import numpy as np
@@ -69,14 +70,10 @@ def test_engines_stand_side_by_side_and_an_unknown_one_is_refused(tmp_path, caps
 def test_a_sweep_is_a_table_a_file_and_a_picture(tmp_path, monkeypatch, capsys):
     pytest.importorskip("sapien")
     pytest.importorskip("matplotlib")
-    import tracking.evaluation.condition_sweep
+    import tracking
 
     kept = ("nominal", "delay 40 ms", "friction 0.3")
-    monkeypatch.setattr(
-        tracking.evaluation.condition_sweep.sweep,
-        "__kwdefaults__",
-        {**tracking.evaluation.condition_sweep.sweep.__kwdefaults__, "conditions": kept},
-    )
+    monkeypatch.setattr(tracking, "sweep", functools.partial(tracking.sweep, conditions=kept))
     words = ["groove-dancer", "--sweep", "--rollouts", "2", "--engine", "all", "--jobs", "2"]
     cli.evaluate.main([*words, "--json", str(tmp_path / "s.json"), "--picture", str(tmp_path / "s.png")])
     cells = json.loads((tmp_path / "s.json").read_text())

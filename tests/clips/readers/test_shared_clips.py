@@ -125,5 +125,5 @@ def test_every_clip_reaches_the_dancer_inside_its_position_limits(shared, file):
     robot = load_robot("dancer")
     result = retarget(cut(read(shared, file), 0.0, 8.0), robot)
     assert (result.reference.joint_pos >= robot.lower).all() and (result.reference.joint_pos <= robot.upper).all()
-    shares = [m for m in result.report.metrics if m.name.startswith("joint") and m.limit is not None]
+    shares = [m for m in result.report.metrics if m.key.startswith("joint") and m.limit is not None]
     assert len(shares) == 3 and all(m.passed for m in shares), shares

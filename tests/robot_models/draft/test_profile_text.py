@@ -137,15 +137,15 @@ def test_a_strangers_urdf_dances_at_once(tmp_path, file, capsys, monkeypatch):
     from robot_models.geometry import body_geoms
 
     monkeypatch.chdir(tmp_path)
-    assert main(["add", str(SHARE / file), "--name", "unprofiled", "-o", "stranger.toml"]) == 0
+    assert main(["add", str(SHARE / file), "--name", "unprofiled", "-o", "unprofiled.toml"]) == 0
     said = capsys.readouterr().out
     assert "stands 3.0 of 3 s" in said
     assert "look at" not in said.replace("look at each of them", "")
     error = re.search(r"limb direction error\s+([0-9.]+)", said)
     assert error and float(error[1]) < 6.0
-    assert (tmp_path / "stranger_check.rrd").stat().st_size > 1e5
+    assert (tmp_path / "unprofiled_check.rrd").stat().st_size > 1e5
     # What cannot touch cannot fail: every thick link has a surface.
-    robot = load_robot(str(tmp_path / "stranger.toml"))
+    robot = load_robot(str(tmp_path / "unprofiled.toml"))
     dressed = {robot.model.body(int(robot.model.geom_bodyid[g])).name for g in body_geoms(robot)}
     assert {robot.profile.landmarks[k] for k in ("left_knee", "right_knee", "torso")} <= dressed
 

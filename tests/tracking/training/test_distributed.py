@@ -23,7 +23,7 @@ LEARNING = TrainConfig(steps=250_000, evaluate_every=125_000, rollouts=32)
 CHILD = """
 import hashlib, json, os, sys
 from pathlib import Path
-sys.path[:0] = ["tests", "tests/tracking/training"]
+sys.path[:0] = [".", "tests", "tests/tracking/training"]
 import test_distributed
 from robot_models import load_robot
 from tracking import train
@@ -49,11 +49,12 @@ def together(groove_file, folder, config, resume="no", processes=2):
     """What each process of a team tells at the end."""
     script = folder.parent / "child.py"
     script.write_text(CHILD)
-    subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", str(processes),
          str(script), str(groove_file), str(folder), config, resume],
-        cwd=ROOT, check=True, capture_output=True, timeout=500,
+        cwd=ROOT, capture_output=True, text=True, timeout=500,
     )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-3000:]
     return [json.loads(Path(f"{folder}.{rank}.json").read_text()) for rank in range(processes)]
 
 
