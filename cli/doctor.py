@@ -47,7 +47,7 @@ def main(argv: list[str] | None = None) -> int:
     return command(Arguments, run, name="dance-doctor", argv=argv)
 
 
-def run(args: Arguments) -> int:
+def run(_args: Arguments) -> int:
     """One table, then what to type."""
     os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")
     console, table, cures = (

@@ -17,7 +17,7 @@ import tyro
 from rich.console import Console
 
 from clips import write_whole
-from clips.identify import UnknownSkeleton
+from clips.identify import UnknownSkeletonError
 from robot_models import DanceError
 
 DONE, BELOW_GATE, REFUSED = 0, 1, 2
@@ -37,7 +37,7 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
     )
     try:
         return body(options)
-    except UnknownSkeleton as e:
+    except UnknownSkeletonError as e:
         _offer_draft(e)
         complain(e, name, words, option_names(arguments))
         return REFUSED
@@ -49,7 +49,7 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
         return 130
 
 
-def _offer_draft(error: UnknownSkeleton) -> None:
+def _offer_draft(error: UnknownSkeletonError) -> None:
     """Write the mapping to confirm into the current folder; one that is there already stays as it is."""
     path = Path(error.suggestion)
     if path.exists():

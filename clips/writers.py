@@ -76,13 +76,13 @@ def read_back(path: Path, motion: Reference, robot: RobotModel) -> float:
     return float(np.abs(full_qpos(again, robot)[:, 7:] - motion.joint_pos).max())
 
 
-def _unitree_csv(stream: IO[bytes], motion: Reference, robot: RobotModel, name: str) -> None:
+def _unitree_csv(stream: IO[bytes], motion: Reference, _robot: RobotModel, _name: str) -> None:
     qpos = motion.qpos
     rows = np.concatenate((qpos[:, :3], rot.to_quat_xyzw(qpos[:, 3:7]), qpos[:, 7:]), axis=1)
     np.savetxt(stream, rows, fmt="%.9g", delimiter=",")
 
 
-def _gmr(stream: IO[bytes], motion: Reference, robot: RobotModel, name: str) -> None:
+def _gmr(stream: IO[bytes], motion: Reference, _robot: RobotModel, _name: str) -> None:
     content = {
         "fps": _whole(motion.fps),
         "root_pos": motion.body_pos_w[:, 0],
@@ -109,13 +109,13 @@ def _phc(stream: IO[bytes], motion: Reference, robot: RobotModel, name: str) -> 
     joblib.dump({name: _own(content)}, stream, compress=3)
 
 
-def _mujoco_npz(stream: IO[bytes], motion: Reference, robot: RobotModel, name: str) -> None:
+def _mujoco_npz(stream: IO[bytes], motion: Reference, robot: RobotModel, _name: str) -> None:
     _motion_npz(
         stream, motion, list(range(len(robot.joint_names))), list(range(len(robot.body_names))), motion.body_lin_vel_w
     )
 
 
-def _isaac_npz(stream: IO[bytes], motion: Reference, robot: RobotModel, name: str) -> None:
+def _isaac_npz(stream: IO[bytes], motion: Reference, robot: RobotModel, _name: str) -> None:
     """Isaac Lab's order, level by level; its linear velocities are those of the bodies' centres of mass."""
     m = robot.model
     joints = [robot.joint(j) for j in breadth_first(robot)]

@@ -165,7 +165,7 @@ def solve(
     progress: Progress | None,
 ) -> Float[ndarray, "P nq"]:
     """The motion, leads included, by the solver that the configuration names."""
-    tell = progress or (lambda stage, done, total: None)
+    tell = progress or (lambda *_: None)
     near = padded.qpos[:, 7:].copy()
     near[padded.dance] = posture[:, 7:]
     if config.solver != "whole-clip":

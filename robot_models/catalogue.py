@@ -53,7 +53,7 @@ def load_robot(name_or_path: str = DEFAULT_ROBOT) -> RobotModel:
 
 
 @lru_cache(maxsize=8)
-def _load(name_or_path: str, written: int) -> RobotModel:
+def _load(name_or_path: str, _modified: int) -> RobotModel:
     return build_robot(find_profile(name_or_path))
 
 

@@ -76,7 +76,7 @@ def _fit(rows: Float[ndarray, "n C"], heights: Float[ndarray, "n"]) -> Float[nda
     def miss(plane: ndarray) -> ndarray:
         return np.asarray(rows @ plane - heights)
 
-    def slope(plane: ndarray) -> ndarray:
+    def slope(_plane: ndarray) -> ndarray:
         return rows
 
     plane = begin

@@ -86,7 +86,7 @@ def without_repeats(clip: Clip) -> Clip:
     step = np.append(steps.max(axis=1), 0.0)  # from this frame to the next
     stalled = np.zeros(clip.frames, dtype=bool)
     for a, b in intervals_of(step == 0.0):
-        moving = 0 < a and b < clip.frames - 1 and min(step[a - 1], step[b]) * clip.fps > REPAIR.stalled_speed
+        moving = a > 0 and b < clip.frames - 1 and min(step[a - 1], step[b]) * clip.fps > REPAIR.stalled_speed
         if moving and b - a <= max(1.0, REPAIR.gap_s * clip.fps):
             stalled[a + 1 : b + 1] = True
     if not stalled.any():

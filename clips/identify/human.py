@@ -15,7 +15,7 @@ from clips.edit import without_gaps
 from clips.errors import ClipError
 from clips.identify.landmark_geometry import estimate_landmarks
 from clips.identify.landmark_names import find_landmarks, find_unit, leg_lengths, stature
-from clips.identify.mapping import UnknownSkeleton, read_mapping
+from clips.identify.mapping import UnknownSkeletonError, read_mapping
 from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
 from robot_models.maths import rotation as rot
 
@@ -110,7 +110,7 @@ def _landmarks_of(
     missing = [k for k in REQUIRED if k not in known]
     if missing:
         guess = estimate_landmarks(names, parents, np.nan_to_num(positions)) | known
-        raise UnknownSkeleton(raw.name, names, missing, guess)
+        raise UnknownSkeletonError(raw.name, names, missing, guess)
     return known
 
 

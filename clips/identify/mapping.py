@@ -22,7 +22,7 @@ _HEADER = """\
 """
 
 
-class UnknownSkeleton(ClipError):
+class UnknownSkeletonError(ClipError):
     """A skeleton whose points no naming custom tells apart.
 
     Attributes:

@@ -200,9 +200,10 @@ def _added(joints: list[_Joint], values: Float[ndarray, "T W"]) -> set[int]:
         moved = _moved(joint, values[:, column : column + len(joint.channels)])
         column += len(joint.channels)
         size = float(np.linalg.norm(joint.offset))
-        if moved is not None and size > 0.0 and joint.parent >= 0:
-            if np.median(np.linalg.norm(moved, axis=1)) < 0.2 * size:
-                found.add(i)
+        if moved is None or size == 0.0 or joint.parent < 0:
+            continue
+        if np.median(np.linalg.norm(moved, axis=1)) < 0.2 * size:
+            found.add(i)
     return found
 
 

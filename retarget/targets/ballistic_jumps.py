@@ -47,5 +47,5 @@ def jumps(contact: Int[ndarray, "T 4"], source: HumanClip, config: JumpConfig = 
     return [
         (a, b)
         for a, b in intervals_of((contact == FREE).all(axis=1))
-        if 0 < a and b < len(contact) and high[a:b].any() and (b - a + 1) / source.fps <= config.longest_s
+        if a > 0 and b < len(contact) and high[a:b].any() and (b - a + 1) / source.fps <= config.longest_s
     ]

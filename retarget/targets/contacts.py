@@ -78,6 +78,6 @@ def _close(mask: ndarray, shortest: int) -> ndarray:
     """Fill holes shorter than `shortest` frames between two true runs."""
     out = mask.copy()
     for a, b in intervals_of(~mask):
-        if 0 < a and b < len(mask) and b - a < shortest:
+        if a > 0 and b < len(mask) and b - a < shortest:
             out[a:b] = True
     return out

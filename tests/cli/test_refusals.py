@@ -14,7 +14,7 @@ from cli.progress import progress
 from cli.report_table import print_report
 from cli.terminal import BELOW_GATE, DONE, REFUSED, command, complain, flag, option_names
 from clips import MetricKey, ReadOptions
-from clips.identify.mapping import UnknownSkeleton
+from clips.identify.mapping import UnknownSkeletonError
 from retarget import Report
 from retarget.report import Metric
 from robot_models import DanceError
@@ -133,7 +133,7 @@ def test_words_with_spaces_come_back_quoted(capsys):
 
 
 def test_a_suggestion_with_spaces_comes_quoted_too(capsys):
-    error = UnknownSkeleton("my dance.bvh", ["a"], ["left_hip"], {})
+    error = UnknownSkeletonError("my dance.bvh", ["a"], ["left_hip"], {})
     complain(error, "dance-test", ["my dance.bvh"], OPTIONS)
     assert shlex.split(capsys.readouterr().err.splitlines()[1])[-2:] == ["--mapping", "my dance.mapping.toml"]
 
@@ -150,7 +150,7 @@ def test_brackets_in_a_refusal_are_text_and_no_markup(capsys):
 
 def test_an_unknown_skeleton_leaves_a_draft_to_confirm_and_never_writes_over_one(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    error = UnknownSkeleton("odd.bvh", ["a", "b"], ["left_hip"], {"left_hip": "a"})
+    error = UnknownSkeletonError("odd.bvh", ["a", "b"], ["left_hip"], {"left_hip": "a"})
 
     def body(args):
         raise error

@@ -51,7 +51,7 @@ def perform(
     *,
     send: bool,
     stopped: Callable[[], bool] = lambda: False,
-    tell: Callable[[Stage, int], None] = lambda stage, dances: None,
+    tell: Callable[[Stage, int], None] = lambda *_: None,
     linger_s: float = 1.0,
 ) -> Performance:
     """Run the controller until it is over.

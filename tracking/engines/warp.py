@@ -95,6 +95,7 @@ class WarpBatch(PhysicsBatch):
 
     def body_sensors(self, robot: RobotModel, bodies: list[int], threads: int) -> BodyReader:
         """The bodies as the engine places them."""
+        del threads  # the GPU has its own
         return _Bodies(self, [robot.body_ids[b] for b in bodies])
 
     def _launcher(self, kernels: Callable[[], None]) -> Callable[[], None]:
@@ -176,10 +177,12 @@ class _Bodies:
 
     def read(self, state: Array) -> None:
         """Read the bodies of all robots."""
+        del state  # the engine holds it
         self._batch.place_bodies()
 
     def read_some(self, ids: Array, state: Array) -> None:
         """The same: a graph of all robots is launched as quickly as of some."""
+        del ids, state
         self._batch.place_bodies()
 
     def close(self) -> None:

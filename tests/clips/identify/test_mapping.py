@@ -9,7 +9,7 @@ from conftest import SAMPLES
 
 from clips import ClipError, ReadOptions, read_clip
 from clips.identify.landmark_geometry import estimate_landmarks
-from clips.identify.mapping import UnknownSkeleton
+from clips.identify.mapping import UnknownSkeletonError
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def nameless(tmp_path):
 
 def test_an_unknown_skeleton_is_refused_with_a_draft_that_geometry_gets_right(nameless):
     path, truth = nameless
-    with pytest.raises(UnknownSkeleton, match="no point for left_hip") as refusal:
+    with pytest.raises(UnknownSkeletonError, match="no point for left_hip") as refusal:
         read_clip(path)
     drafted = tomllib.loads(refusal.value.draft)["landmarks"]
     assert {k: v for k, v in drafted.items() if v} == truth
@@ -35,7 +35,7 @@ def test_an_unknown_skeleton_is_refused_with_a_draft_that_geometry_gets_right(na
 
 def test_the_confirmed_mapping_reads_the_clip_as_the_names_would(nameless, tmp_path):
     path, _ = nameless
-    with pytest.raises(UnknownSkeleton) as refusal:
+    with pytest.raises(UnknownSkeletonError) as refusal:
         read_clip(path)
     mapping = tmp_path / refusal.value.suggestion
     mapping.write_text(refusal.value.draft)
@@ -57,7 +57,7 @@ def test_the_confirmed_mapping_reads_the_clip_as_the_names_would(nameless, tmp_p
 )
 def test_a_broken_mapping_is_refused_with_its_line(nameless, tmp_path, change, message):
     path, _ = nameless
-    with pytest.raises(UnknownSkeleton) as refusal:
+    with pytest.raises(UnknownSkeletonError) as refusal:
         read_clip(path)
     (tmp_path / "m.toml").write_text(refusal.value.draft.replace(*change))
     with pytest.raises(ClipError, match=message):
@@ -78,7 +78,7 @@ def test_points_without_a_hierarchy_are_drafted_by_name_only(tmp_path, rng):
     head = ",".join(f"{n}_{a}" for n in names for a in "xyz")
     rows = [",".join(f"{x:.4f}" for x in row) for row in rng.uniform(0, 1, size=(5, 24))]
     (tmp_path / "cloud.csv").write_text("\n".join(["# fps: 30", head, *rows]))
-    with pytest.raises(UnknownSkeleton) as refusal:
+    with pytest.raises(UnknownSkeletonError) as refusal:
         read_clip(tmp_path / "cloud.csv")
     assert set(tomllib.loads(refusal.value.draft)["landmarks"].values()) == {""}
 

@@ -44,7 +44,7 @@ def lifted(frames, fps):
 
 def longest_gap(in_contact):
     """Of an edge between two touches [frames]."""
-    return max((b - a for a, b in intervals_of(~in_contact) if 0 < a and b < len(in_contact)), default=0)
+    return max((b - a for a, b in intervals_of(~in_contact) if a > 0 and b < len(in_contact)), default=0)
 
 
 def test_noise_beyond_the_tight_speed_and_within_the_loose_one_breaks_no_touch_and_would_without_hysteresis(rng):

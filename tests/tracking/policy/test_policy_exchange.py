@@ -98,7 +98,16 @@ def isaac_order(robot):
 
 
 WITH_STATE = tuple(
-    "command motion_anchor_pos_b motion_anchor_ori_b base_lin_vel base_ang_vel joint_pos joint_vel actions".split()
+    [
+        "command",
+        "motion_anchor_pos_b",
+        "motion_anchor_ori_b",
+        "base_lin_vel",
+        "base_ang_vel",
+        "joint_pos",
+        "joint_vel",
+        "actions",
+    ]
 )
 WITHOUT = tuple(n for n in WITH_STATE if n not in ("motion_anchor_pos_b", "base_lin_vel"))
 

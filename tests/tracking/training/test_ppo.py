@@ -47,7 +47,7 @@ def test_the_rate_moves_towards_the_wanted_divergence_and_never_far_at_once(trai
     set_rate(trainer, 3e-4)
     trainer._adapt_rate(divergence, 0.1)
     (rate,) = rates(trainer)
-    assert 0.8 * 3e-4 <= rate * (1 + 1e-12) and rate <= 1.25 * 3e-4 * (1 + 1e-12)
+    assert rate * (1 + 1e-12) >= 0.8 * 3e-4 and rate <= 1.25 * 3e-4 * (1 + 1e-12)
     assert np.sign(rate - 3e-4) == np.sign(0.1 - divergence)
 
 
