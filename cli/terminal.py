@@ -18,7 +18,7 @@ from rich.console import Console
 
 from clips import write_whole
 from clips.identify import UnknownSkeletonError
-from robot_models import DanceError
+from robot_models import DanceError, __version__
 
 DONE, BELOW_GATE, REFUSED = 0, 1, 2
 GATE = 0.95  # share of a policy's rollouts that shall finish
@@ -28,6 +28,9 @@ T = TypeVar("T")
 def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: list[str] | None) -> int:
     """Parse, run, and turn every refusal into two lines and an exit code."""
     words = sys.argv[1:] if argv is None else argv
+    if words == ["--version"]:
+        print(name, __version__)
+        return DONE
     options = tyro.cli(
         arguments,
         prog=name,

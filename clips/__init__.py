@@ -19,6 +19,7 @@ from clips.reference import (
     save_reference,
 )
 from clips.writers import LAYOUTS, read_back, write_motion
+from robot_models import __version__
 
 __all__ = [
     "FREE",
@@ -40,6 +41,7 @@ __all__ = [
     "ReferenceFileError",
     "Repair",
     "RobotClip",
+    "__version__",
     "aside",
     "at_speed",
     "check_reference_against",

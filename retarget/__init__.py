@@ -7,6 +7,7 @@ from retarget.pipeline import Retargeted, retarget
 from retarget.report import Metric, Report, measure
 from retarget.targets import ContactEdit, KeyFrame, read_contacts, read_keys, write_contacts
 from retarget.workflows import FitConfig, Transition, fit_to_dynamics, retarget_sequence
+from robot_models import __version__
 
 __all__ = [
     "ContactConfig",
@@ -24,6 +25,7 @@ __all__ = [
     "Retargeted",
     "Transition",
     "WholeClipConfig",
+    "__version__",
     "dynamics_of",
     "fit_to_dynamics",
     "flight_fit",

@@ -8,6 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from robot_models import __version__
 from tracking.config import PpoConfig, RandomisationConfig, RewardConfig, TaskConfig, TerminationConfig, TrainConfig
 from tracking.errors import TrackingError
 
@@ -78,6 +79,7 @@ __all__ = [
     "TrackingError",
     "TrackingTask",
     "TrainConfig",
+    "__version__",
     "check_contract",
     "check_reference",
     "engine_names",

@@ -20,7 +20,7 @@ from retarget.config import RetargetConfig
 from retarget.dynamics import hardest_stretches
 from retarget.errors import RetargetError
 from retarget.pipeline import Retargeted, retarget
-from robot_models import DanceError, load_robot
+from robot_models import DanceError, __version__, load_robot
 
 SUFFIXES = (".bvh", ".csv", ".pkl", ".npz", ".amc", ".c3d", ".txt", ".motion")
 _FORMAT = 2
@@ -185,7 +185,7 @@ def _key(job: Job, config: BatchConfig) -> str:
 
 def versions() -> dict[str, str]:
     """Of the packages that results follow from."""
-    return {p: version(p) for p in ("dance-retarget", "numpy", "scipy", "mujoco")}
+    return {"dance-retarget": __version__, **{p: version(p) for p in ("numpy", "scipy", "mujoco")}}
 
 
 def _earlier(job: Job, key: str) -> Outcome | None:
