@@ -13,24 +13,8 @@ from importlib.metadata import PackageNotFoundError, version
 from rich.console import Console
 from rich.table import Table
 
+from cli.extras import PARTS
 from cli.terminal import BELOW_GATE, DONE, command
-
-# extra -> (distribution, module), what it is for
-_PARTS: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
-    "base": ("retargeting, recordings", (
-        ("numpy", "numpy"), ("scipy", "scipy"), ("mujoco", "mujoco"), ("mink", "mink"), ("pin", "pinocchio"), ("placo", "placo"),
-        ("rerun-sdk", "rerun"), ("trimesh", "trimesh"),
-    )),
-    "train": ("policies", (
-        ("torch", "torch"), ("rsl-rl-lib", "rsl_rl"), ("gymnasium", "gymnasium"), ("tensorboard", "tensorboard"),
-        ("onnx", "onnx"), ("onnxruntime", "onnxruntime"),
-    )),
-    "sim2sim": ("the second engine, sweeps", (("sapien", "sapien"), ("matplotlib", "matplotlib"), ("pyyaml", "yaml"))),
-    "deploy": ("a robot's wires", (("far-unitree-sdk", "unitree_interface"),)),
-    "robots": ("meshes of G1, JVRC-1, Talos", (("example-robot-data", ""), ("jvrc-description", ""))),
-    "c3d": ("C3D recordings", (("ezc3d", "ezc3d"),)),
-    "film": ("films of policies", (("imageio-ffmpeg", "imageio_ffmpeg"),)),
-}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +39,7 @@ def run(_args: Arguments) -> int:
         Table(box=None, pad_edge=False, show_header=False),
         [],
     )
-    for extra, (what, parts) in _PARTS.items():
+    for extra, (what, parts) in PARTS.items():
         states = [_state(*part) for part in parts]
         wrong = [s for s in states if not s.endswith("ok")]
         table.add_row(

@@ -16,6 +16,7 @@ from typing import Any, TypeVar, get_args, get_type_hints
 import tyro
 from rich.console import Console
 
+from cli.extras import refusal_of
 from clips import write_whole
 from clips.identify import UnknownSkeletonError
 from robot_models import DanceError, __version__
@@ -46,6 +47,9 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
         return REFUSED
     except DanceError as e:
         complain(e, name, words, option_names(arguments))
+        return REFUSED
+    except ModuleNotFoundError as e:
+        complain(refusal_of(e), name, words, option_names(arguments))
         return REFUSED
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,9 +26,8 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Load, train, report."""
     from tracking.task import select_references
-    from tracking.training import started_by_torchrun
 
-    together, follows = started_by_torchrun()
+    together, follows = _started_by_torchrun()
     console = Console(highlight=False, soft_wrap=True, quiet=follows)
     chosen = select_references(args.ref, args.robot, below_gates=args.anyway or args.check_ref)
     for file, why in chosen.left_out:
@@ -53,6 +53,12 @@ def run(args: Arguments) -> int:
     print_run(console, result, GATE)
     passed = bool(result.curves) and result.curves[-1]["finished"] >= GATE
     return DONE if together or passed else BELOW_GATE  # torchrun takes every other code for a crash
+
+
+def _started_by_torchrun() -> tuple[bool, bool]:
+    """Whether this process is one of several, and whether it follows another."""
+    several = int(os.environ.get("WORLD_SIZE", "1")) > 1
+    return several, several and int(os.environ.get("RANK", "0")) > 0
 
 
 def _check(args: Arguments, console: Console, chosen: Selection) -> int:

@@ -18,7 +18,7 @@ def quick(monkeypatch):
 
 
 def told(monkeypatch, capsys, parts):
-    monkeypatch.setattr(doctor, "_PARTS", parts)
+    monkeypatch.setattr(doctor, "PARTS", parts)
     code = doctor.main([])
     return code, capsys.readouterr().out
 
@@ -30,7 +30,7 @@ def test_what_it_looks_for_is_what_the_package_asks_for():
     def names(lines):
         return {re.split(r"[ \[<>=;!~]", line)[0] for line in lines}
 
-    for extra, (_, parts) in doctor._PARTS.items():
+    for extra, (_, parts) in doctor.PARTS.items():
         asked = names(project["dependencies"] if extra == "base" else project["optional-dependencies"][extra])
         assert {distribution for distribution, _ in parts} <= asked, extra
 

@@ -2,7 +2,6 @@
 
 from tracking.training.actor_export import export_bundle
 from tracking.training.checkpoint import load_checkpoint
-from tracking.training.distributed import started_by_torchrun
 from tracking.training.ppo import Trainer
 from tracking.training.run import CHECKPOINT, CURVES, Run, train
 
@@ -13,6 +12,5 @@ __all__ = [
     "Trainer",
     "export_bundle",
     "load_checkpoint",
-    "started_by_torchrun",
     "train",
 ]

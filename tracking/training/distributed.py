@@ -80,12 +80,6 @@ class Team:
             torch.distributed.destroy_process_group()
 
 
-def started_by_torchrun() -> tuple[bool, bool]:
-    """Whether this process is one of several, and whether it follows another."""
-    several = int(os.environ.get("WORLD_SIZE", "1")) > 1
-    return several, several and int(os.environ.get("RANK", "0")) > 0
-
-
 def join_team() -> Team:
     """The team that `torchrun` names in the environment; alone where it does not."""
     size = int(os.environ.get("WORLD_SIZE", "1"))

@@ -1,0 +1,42 @@
+"""The packages that each extra of the distribution brings, and what for."""
+
+from __future__ import annotations
+
+from robot_models import DanceError
+
+# extra -> (distribution, module), what it is for
+PARTS: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
+    "base": ("retargeting, recordings", (
+        ("numpy", "numpy"), ("scipy", "scipy"), ("mujoco", "mujoco"), ("mink", "mink"), ("pin", "pinocchio"), ("placo", "placo"),
+        ("rerun-sdk", "rerun"), ("trimesh", "trimesh"),
+    )),
+    "train": ("policies", (
+        ("torch", "torch"), ("rsl-rl-lib", "rsl_rl"), ("gymnasium", "gymnasium"), ("tensorboard", "tensorboard"),
+        ("onnx", "onnx"), ("onnxruntime", "onnxruntime"),
+    )),
+    "sim2sim": ("the second engine, sweeps", (("sapien", "sapien"), ("matplotlib", "matplotlib"), ("pyyaml", "yaml"))),
+    "deploy": ("a robot's wires", (("far-unitree-sdk", "unitree_interface"),)),
+    "robots": ("meshes of G1, JVRC-1, Talos", (("example-robot-data", ""), ("jvrc-description", ""))),
+    "c3d": ("C3D recordings", (("ezc3d", "ezc3d"),)),
+    "film": ("films of policies", (("imageio-ffmpeg", "imageio_ffmpeg"),)),
+}  # fmt: skip
+
+
+def extra_of(module: str) -> str | None:
+    """The extra that brings a module of another package; None where no extra does."""
+    top = module.partition(".")[0]
+    for extra, (_, packages) in PARTS.items():
+        if extra != "base" and top in {name for _, name in packages}:
+            return extra
+    return None
+
+
+def refusal_of(error: ModuleNotFoundError) -> DanceError:
+    """The refusal that names the extra; another missing package is a fault of ours, and stays a traceback."""
+    extra = extra_of(error.name or "")
+    if extra is None:
+        raise error
+    return DanceError(
+        "this command", found=f"no package {error.name}", expected=f"the extra {extra}",
+        cure=f"pip install -c tested-versions.txt 'dance-retarget[{extra}]'",
+    )  # fmt: skip
