@@ -57,6 +57,16 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
     return spec
 
 
+def _text_of(path: Path) -> str:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as e:
+        raise RobotError(str(path), found=f"a file that cannot be read ({e})", expected="a URDF or MJCF robot") from e
+    if "<!ENTITY" in text:
+        raise RobotError(str(path), found="XML entities", expected="a robot spelt out", cure="expand them first")
+    return text
+
+
 def open_spec(path: Path, *, primitives: bool = True, repair: bool = False) -> mujoco.MjSpec:
     """A model file's tree without meshes and scenery, its root free and named `root`.
 
@@ -70,12 +80,7 @@ def open_spec(path: Path, *, primitives: bool = True, repair: bool = False) -> m
     """
     import mujoco
 
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as e:
-        raise RobotError(str(path), found=f"a file that cannot be read ({e})", expected="a URDF or MJCF robot") from e
-    if "<!ENTITY" in text:
-        raise RobotError(str(path), found="XML entities", expected="a robot spelt out", cure="expand them first")
+    text = _text_of(path)
     try:
         if ET.fromstring(text).tag == "robot":
             spec = mujoco.MjSpec.from_string(_urdf_for_mujoco(text, primitives, repair))

@@ -93,6 +93,18 @@ class Stage:
         self._look = np.array([*place, 0.9 * height])
         self._camera.distance, self._camera.azimuth = 3.2 * height, 180.0
 
+    def _add_ghost(self, qpos: ndarray) -> None:
+        """The robot in another pose, pale and transparent."""
+        mj, scene = self._mj, self._renderer.scene
+        self._ghost.qpos[:] = qpos
+        mj.mj_forward(self._model, self._ghost)
+        first = scene.ngeom
+        mj.mjv_addGeoms(
+            self._model, self._ghost, mj.MjvOption(), mj.MjvPerturb(), int(mj.mjtCatBit.mjCAT_DYNAMIC), scene
+        )
+        for g in scene.geoms[first : scene.ngeom]:
+            g.rgba[:], g.matid, g.transparent = _GHOST, -1, 1
+
     def draw(self, qpos: ndarray, ghost: ndarray | None, bones: Sequence[Bone] = ()) -> ndarray:
         """One picture (height, width, 3)."""
         mj, scene = self._mj, self._renderer.scene
@@ -105,14 +117,7 @@ class Stage:
         self._camera.lookat[:] = self._look
         self._renderer.update_scene(self._data, self._camera)
         if ghost is not None:
-            self._ghost.qpos[:] = ghost
-            mj.mj_forward(self._model, self._ghost)
-            first = scene.ngeom
-            mj.mjv_addGeoms(
-                self._model, self._ghost, mj.MjvOption(), mj.MjvPerturb(), int(mj.mjtCatBit.mjCAT_DYNAMIC), scene
-            )
-            for g in scene.geoms[first : scene.ngeom]:
-                g.rgba[:], g.matid, g.transparent = _GHOST, -1, 1
+            self._add_ghost(ghost)
         for start, end, radius, rgba in bones:
             geom = scene.geoms[scene.ngeom]
             mj.mjv_initGeom(

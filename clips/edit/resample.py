@@ -58,12 +58,7 @@ def sample_quat(q: Float[ndarray, "T ... 4"], times: Float[ndarray, "N"]) -> Flo
     return rot.continuous(rot.normalise(rot.slerp(q[low], q[low + 1], np.broadcast_to(part, q[low].shape[:-1]))))
 
 
-def cut(clip: Clip, start_s: float, end_s: float | None) -> Clip:
-    """The frames from `start_s` to `end_s` seconds, both ends included.
-
-    Raises:
-        ClipError: the range is empty or lies outside the clip.
-    """
+def _check_range(clip: Clip, start_s: float, end_s: float | None) -> None:
     length_s = (clip.frames - 1) / clip.fps
     if not (0.0 <= start_s < length_s and (end_s is None or start_s < end_s)):
         raise ClipError(
@@ -71,6 +66,15 @@ def cut(clip: Clip, start_s: float, end_s: float | None) -> Clip:
             found=f"from {start_s} s to {'the end' if end_s is None else f'{end_s} s'}",
             expected=f"0 <= start < end inside the clip's {length_s:.2f} s",
         )
+
+
+def cut(clip: Clip, start_s: float, end_s: float | None) -> Clip:
+    """The frames from `start_s` to `end_s` seconds, both ends included.
+
+    Raises:
+        ClipError: the range is empty or lies outside the clip.
+    """
+    _check_range(clip, start_s, end_s)
     first = round(start_s * clip.fps)
     last = clip.frames if end_s is None else min(clip.frames, round(end_s * clip.fps) + 1)
     if first == 0 and last == clip.frames:

@@ -11,6 +11,16 @@ from numpy import ndarray
 from robot_models.draft import SkeletonTree
 
 
+def _neck_and_head(tree: SkeletonTree, arms: Sequence[int]) -> dict[str, int]:
+    """What rises from where the arms begin, as far as it is there."""
+    branches = [c for c in tree.children[arms[0]] if c not in arms[1:]]
+    if not branches:
+        return {}
+    neck = max(branches, key=lambda c: tree.reach[c])
+    above = tree.children[neck]
+    return {"neck": neck, "head": above[0]} if above else {"neck": neck}
+
+
 def estimate_landmarks(
     names: Sequence[str], parents: Sequence[int], positions: Float[ndarray, "T K 3"]
 ) -> dict[str, str]:
@@ -33,11 +43,7 @@ def estimate_landmarks(
         sideways = [float(np.median(np.sum(left * positions[:, limb[1]], axis=-1))) for limb in joints]
         for side, limb in zip(("left", "right"), (joints[i] for i in np.argsort(sideways)[::-1]), strict=True):
             found |= {f"{side}_{part}": point for part, point in zip(parts, limb, strict=False)}
-    neck = [c for c in tree.children[arms[0]] if c not in arms[1:]]
-    if neck:
-        found["neck"] = max(neck, key=lambda c: tree.reach[c])
-        above = tree.children[found["neck"]]
-        found |= {"head": above[0]} if above else {}
+    found |= _neck_and_head(tree, arms)
     return {landmark: names[point] for landmark, point in found.items()}
 
 

@@ -198,6 +198,19 @@ def _parse_motion(raw: RawFile, bones: list[_Bone]) -> tuple[dict[str, Float[nda
     return values, ":RADIANS" not in said
 
 
+def _by_channels(bone: _Bone, told: ndarray, radians: float) -> tuple[ndarray, ndarray]:
+    """How far the channels of a bone move it and turn it, in its own axes."""
+    moved, turn = np.zeros((len(told), 3)), np.broadcast_to(rot.IDENTITY, (len(told), 4))
+    for k, dof in enumerate(bone.dof):
+        axis = np.eye(3)["xyz".index(dof[1])] if dof[0] in "rt" and len(dof) == 2 else np.zeros(3)
+        if dof[0] == "t":
+            moved = moved + told[:, k : k + 1] * axis
+        elif dof[0] == "r":
+            # The first one listed is applied first.
+            turn = rot.multiply(rot.exp(radians * told[:, k : k + 1] * axis), turn)
+    return moved, turn
+
+
 def _pose(bones: list[_Bone], values: dict[str, ndarray], radians: float) -> tuple[ndarray, ndarray]:
     """World positions of the bones' starts and their orientations, in the file's axes and unit."""
     frames = len(values["root"])
@@ -205,14 +218,7 @@ def _pose(bones: list[_Bone], values: dict[str, ndarray], radians: float) -> tup
     turns = np.tile(rot.IDENTITY, (frames, len(bones), 1))
     for i, bone in enumerate(bones):
         told = values.get(bone.name, np.zeros((frames, len(bone.dof))))
-        moved, turn = np.zeros((frames, 3)), np.broadcast_to(rot.IDENTITY, (frames, 4))
-        for k, dof in enumerate(bone.dof):
-            axis = np.eye(3)["xyz".index(dof[1])] if dof[0] in "rt" and len(dof) == 2 else np.zeros(3)
-            if dof[0] == "t":
-                moved = moved + told[:, k : k + 1] * axis
-            elif dof[0] == "r":
-                # The first one listed is applied first.
-                turn = rot.multiply(rot.exp(radians * told[:, k : k + 1] * axis), turn)
+        moved, turn = _by_channels(bone, told, radians)
         frame = rot.IDENTITY
         for letter in bone.axis_order:
             angle = np.radians(bone.axis["XYZ".index(letter)]) if radians != 1.0 else bone.axis["XYZ".index(letter)]

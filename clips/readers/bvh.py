@@ -96,12 +96,16 @@ def _parse_hierarchy(text: str, where: str) -> list[_Joint]:
     except (StopIteration, IndexError, ValueError) as e:
         last = joints[-1].name if joints else "the start"
         raise ClipError(f"{where}, near '{last}'", found="a broken HIERARCHY", expected="BVH's nested joints") from e
+    _check_size(joints, where)
+    return joints
+
+
+def _check_size(joints: list[_Joint], where: str) -> None:
     width = sum(len(j.channels) for j in joints)
     if width == 0:
         raise ClipError(where, found="no joint with channels", expected="at least a root with CHANNELS")
     if len(joints) > min(_MOST_JOINTS, width + _MOST_ENDS):
         raise ClipError(where, found=f"{len(joints)} joints with {width} channels", expected="a body's")
-    return joints
 
 
 def _joint(kind: str, tokens: Iterator[str], parent: int, joints: list[_Joint]) -> _Joint:

@@ -94,7 +94,11 @@ def _open(raw: RawFile) -> Mapping[str, ndarray]:
         )
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as arrays:
         content = dict(arrays)
-    frames, stated = content["points"].shape[2], content["frames"]
+    _check_frames(raw, content["points"].shape[2], content["frames"])
+    return content
+
+
+def _check_frames(raw: RawFile, frames: int, stated: ndarray) -> None:
     _check_size(raw, frames)
     # The parameter is a 16-bit number: longer takes are counted by the header alone.
     if stated.size == 1 and 0 < stated[0] < 0x7FFF and stated[0] != frames:
@@ -102,7 +106,6 @@ def _open(raw: RawFile) -> Mapping[str, ndarray]:
             raw.name, found=f"{frames} frames in its header and {stated[0]:.0f} in POINT:FRAMES", expected="one number",
             cure="export it again",
         )  # fmt: skip
-    return content
 
 
 def _check_size(raw: RawFile, frames: int | None = None) -> None:

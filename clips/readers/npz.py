@@ -184,10 +184,7 @@ def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) 
     _need(raw, data, {"dof_positions": 2, "body_positions": 3, "body_rotations": 3, "dof_names": 1, "body_names": 1})
     fps, finding = rate(raw, data, options, "fps")
     names, bodies = tuple(map(str, data["dof_names"])), list(map(str, data["body_names"]))
-    if options.source_robot:
-        robot = options.source_robot
-    else:
-        robot, _, _ = choose_layout(raw, len(names), options)
+    robot = options.source_robot or choose_layout(raw, len(names), options)[0]
     root = load_robot(robot).body_names[0]
     if root not in bodies:
         raise ClipError(

@@ -17,7 +17,7 @@ from clips.identify import choose_layout, joint_order, robot_clip
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import table
 from clips.readers.table import Table
-from robot_models import installed, load_robot, robot_names
+from robot_models import RobotModel, installed, load_robot, robot_names
 from robot_models.maths import rotation as rot
 
 _DOF = re.compile(r"^dof_(.+?)(?:\(rad\))?$|^(.+?)_dof$")
@@ -142,17 +142,21 @@ def _columns(data: Table, names: Sequence[str]) -> ndarray:
     return np.stack([data.column(n) for n in names], axis=1)
 
 
+def _joint_written_as(name: str, robot: RobotModel) -> str:
+    """The joint that a header names as itself, as the link that it moves, or without its ending; "" where none is."""
+    if name in robot.joint_names:
+        return name
+    links = dict(zip(robot.body_names[1:], robot.joint_names, strict=True))
+    ended = f"{name}_joint"
+    return links.get(name) or links.get(f"{name}_link") or (ended if ended in robot.joint_names else "")
+
+
 def _match_joints(raw: RawFile, written: list[str], options: ReadOptions) -> tuple[str, list[str]]:
     """The robot whose joints are written in the header: as joints, or as the links that they move."""
     tried = []
     for name in [options.source_robot] if options.source_robot else [n for n in robot_names() if installed(n)]:
         robot = load_robot(name)
-        links = dict(zip(robot.body_names[1:], robot.joint_names, strict=True))
-        joints = [w if w in robot.joint_names else links.get(w, links.get(f"{w}_link", "")) for w in written]
-        joints = [
-            j or (f"{w}_joint" if f"{w}_joint" in robot.joint_names else "")
-            for j, w in zip(joints, written, strict=True)
-        ]
+        joints = [_joint_written_as(w, robot) for w in written]
         unknown = [w for w, j in zip(written, joints, strict=True) if not j]
         if not unknown:
             missing = [j for j in robot.joint_names if j not in joints]

@@ -64,8 +64,7 @@ def read(raw: RawFile, options: ReadOptions) -> RobotClip:
     )
 
 
-def _tensors(raw: RawFile) -> dict[str, Any]:
-    """Every tensor and number of the file as arrays."""
+def _torch(raw: RawFile) -> Any:
     try:
         import torch
     except ImportError as e:
@@ -75,6 +74,12 @@ def _tensors(raw: RawFile) -> dict[str, Any]:
             expected="it, to open what it saved",
             cure="pip install torch==2.13.0",
         ) from e
+    return torch
+
+
+def _tensors(raw: RawFile) -> dict[str, Any]:
+    """Every tensor and number of the file as arrays."""
+    torch = _torch(raw)
     try:
         with zipfile.ZipFile(io.BytesIO(raw.data)) as archive:
             refuse_bombs(raw, archive)

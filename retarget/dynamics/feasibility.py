@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +38,15 @@ class Flight:
     ballistic_rise: float  # g T^2 / 8: what a thrown body does in that time [m]
 
 
+def _merged(stretches: Sequence[tuple[int, int]], gap: float) -> list[tuple[int, int]]:
+    """The same, those nearer to each other than a gap [frames] taken for one."""
+    merged: list[tuple[int, int]] = []
+    for a, b in stretches:
+        near = bool(merged) and a - merged[-1][1] < gap
+        merged.append((merged.pop()[0] if near else a, b))
+    return merged
+
+
 def hardest_stretches(
     dynamics: Dynamics, *, above: float = 0.5, gap_s: float = 0.1, most: int = 10
 ) -> list[InfeasibleStretch]:
@@ -49,12 +59,8 @@ def hardest_stretches(
         most: how many to name.
     """
     score, parts = dynamics.score, dynamics.parts
-    merged: list[tuple[int, int]] = []
-    for a, b in intervals_of(score > above):
-        near = bool(merged) and a - merged[-1][1] < gap_s * dynamics.fps
-        merged.append((merged.pop()[0] if near else a, b))
     found = []
-    for a, b in merged:
+    for a, b in _merged(intervals_of(score > above), gap_s * dynamics.fps):
         t = a + int(score[a:b].argmax())
         cause = max(parts, key=lambda k: parts[k][t])
         found.append(

@@ -40,13 +40,16 @@ class PlacoIk:
         self._solver.add_regularization_task(config.damping)
         self._last: ndarray | None = None
 
+    def _set_joints(self, angles: Float[ndarray, "J"]) -> None:
+        for name, angle in zip(self._robot.joint_names, angles, strict=True):
+            self._model.set_joint(name, angle)
+
     def __call__(self, targets: Targets, posture: Float[ndarray, "J"]) -> Float[ndarray, "nq"]:
         """One frame; where the QP has no solution the pose is held."""
         config, model, names, first = self._config, self._model, self._robot.joint_names, self._last is None
         if first:
             model.set_T_world_frame(self._robot.profile.root, _pose(targets.pelvis_pos[0], targets.pelvis_quat[0]))
-            for name, angle in zip(names, self._robot.default_joint_pos, strict=True):
-                model.set_joint(name, angle)
+            self._set_joints(self._robot.default_joint_pos)
         self._posture.set_joints(dict(zip(names, posture, strict=True)))
         self._pelvis.T_world_frame = _pose(targets.pelvis_pos[0], targets.pelvis_quat[0])
         self._torso.R_world_frame = rot.to_matrix(targets.torso_quat[0])
@@ -63,8 +66,7 @@ class PlacoIk:
         model.update_kinematics()
         joints = np.array([model.get_joint(name) for name in names])
         joints = np.clip(joints, *reachable(self._robot, self._last, config, self._fps))
-        for name, angle in zip(names, joints, strict=True):
-            model.set_joint(name, angle)
+        self._set_joints(joints)
         self._last = joints
         root = model.get_T_world_frame(self._robot.profile.root)
         return np.concatenate((root[:3, 3], rot.from_matrix(root[None, :3, :3])[0], joints))

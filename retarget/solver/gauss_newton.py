@@ -110,6 +110,12 @@ class _Descent:
             (self.qpos[:, :7], project(self._limits, self.qpos[:, 7:], 2 * margin, self._config)), axis=1
         )
 
+    def _clearance(self, qpos: Float[ndarray, "n nq"], kin: Kinematics) -> Clearance | None:
+        if self._proximity is None:
+            return None
+        places, wanted, spring = _near_places(qpos, kin, self._proximity, self._config)
+        return Clearance(places, kin, wanted, spring)
+
     def iterate(self, moving: Bool[ndarray, "T"]) -> None:
         """One Gauss-Newton step of some frames; the others stand still."""
         config = self._config
@@ -120,10 +126,7 @@ class _Descent:
         qpos = self.qpos[frames]
         damping = self._update_damping(frames, actual)
         limits = [limit.part(frames) for limit in self._limits]
-        clearance = None
-        if self._proximity is not None:
-            places, wanted, spring = _near_places(qpos, kin, self._proximity, config)
-            clearance = Clearance(places, kin, wanted, spring)
+        clearance = self._clearance(qpos, kin)
         held = np.where(moving[frames], damping, _HELD)
         model = normal_equations(objective, qpos, residual, jacobian, body_rows, held, self._bandwidths)
         step = constrained_step(model, qpos[:, 7:], limits, clearance, self._level.rounds, self._memory)

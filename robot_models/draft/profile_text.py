@@ -15,6 +15,7 @@ from robot_models.draft.estimates import Estimate, UnprofiledModel, doubted_rang
 from robot_models.draft.hulls import capsules_of, sole_of, surface_points
 from robot_models.draft.limbs import find_limbs, joint_centre, middle_joint
 from robot_models.errors import RobotError
+from robot_models.model import RobotModel
 from robot_models.model_file import open_spec
 from robot_models.profile import FEET, LANDMARKS, Capsule, read_profile
 
@@ -78,16 +79,10 @@ def draft_profile(path: Path, name: str, out: Path) -> Draft:
     return Draft(text="\n\n".join("\n".join(block) for block in blocks) + "\n", guesses=tuple(notes))
 
 
-def without_overlaps(draft: Draft, out: Path) -> Draft:
-    """The draft with those pairs of bodies excluded that overlap already where the robot stands.
-
-    Args:
-        draft: written to `out` before.
-        out: its file.
-    """
+def _overlapping(robot: RobotModel) -> set[tuple[str, str]]:
+    """Pairs of bodies that touch in the default pose or with all joints at zero."""
     import mujoco
 
-    robot = build_robot(read_profile(out))
     model, data = robot.model, mujoco.MjData(robot.model)
     pairs: set[tuple[str, str]] = set()
     for joints in (robot.default_qpos[7:], np.zeros(model.nu)):
@@ -98,6 +93,17 @@ def without_overlaps(draft: Draft, out: Path) -> Draft:
             if all(model.geom_contype[g] & BODY_BIT for g in contact.geom):
                 a, b = sorted(model.body(int(model.geom_bodyid[g])).name for g in contact.geom)
                 pairs.add((a, b))
+    return pairs
+
+
+def without_overlaps(draft: Draft, out: Path) -> Draft:
+    """The draft with those pairs of bodies excluded that overlap already where the robot stands.
+
+    Args:
+        draft: written to `out` before.
+        out: its file.
+    """
+    pairs = _overlapping(build_robot(read_profile(out)))
     if not pairs:
         return draft
     rows = "".join(f'  ["{a}", "{b}"],\n' for a, b in sorted(pairs))

@@ -75,10 +75,8 @@ class PhysicsBatch(ABC):
         # The targets of this period and of those before, newest first, as far back as the longest delay reaches.
         longest = round(float(waits.max()) / physics_dt)
         self.targets = self.to_device(np.zeros((self.count, 1 - (-longest // self.substeps), model.nu)))
-        self._robots, self._substep = (
-            self.to_device(np.arange(self.count)[:, None]),
-            self.to_device(np.arange(self.substeps)),
-        )
+        self._robots = self.to_device(np.arange(self.count)[:, None])
+        self._substep = self.to_device(np.arange(self.substeps))
         self.set_delay(self.to_device(waits))
 
     def to_device(self, values: ndarray) -> Array:

@@ -35,6 +35,14 @@ class Bundle:
         return self.runner.contract
 
 
+def _no_bundle(folder: Path) -> TrackingError:
+    names = ", ".join(sorted(p.name for p in SHIPPED.glob("*/")))
+    return TrackingError(
+        str(folder / CONTRACT), found="no contract",
+        expected=f"a bundle folder that dance-train wrote, BeyondMimic's ONNX, Unitree's deploy.yaml, or one of: {names}",
+    )  # fmt: skip
+
+
 def load_bundle(folder: Path, *, reference: Path | None = None, robot: str | None = None) -> Bundle:
     """Read a bundle and refuse what does not belong together.
 
@@ -51,11 +59,7 @@ def load_bundle(folder: Path, *, reference: Path | None = None, robot: str | Non
     if folder.suffix == ".onnx" or (_unitree(folder) and not (folder / CONTRACT).exists()):
         return _foreign(folder, reference, robot)
     if not (folder / CONTRACT).exists():
-        names = ", ".join(sorted(p.name for p in SHIPPED.glob("*/")))
-        raise TrackingError(
-            str(folder / CONTRACT), found="no contract",
-            expected=f"a bundle folder that dance-train wrote, BeyondMimic's ONNX, Unitree's deploy.yaml, or one of: {names}",
-        )  # fmt: skip
+        raise _no_bundle(folder)
     path = reference or folder / REFERENCE
     contract = read_contract(folder / CONTRACT)
     model = load_robot(robot or contract.robot)

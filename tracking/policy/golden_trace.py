@@ -53,6 +53,14 @@ def read_golden(path: Path) -> Golden:
         ) from e
 
 
+def _measured(golden: Golden, k: int) -> Measurement:
+    """What the robot's sensors told at a step of the trace."""
+    one = slice(k, k + 1)
+    return Measurement(
+        quat=golden.quat[one], gyro=golden.gyro[one], joint_pos=golden.joint_pos[one], joint_vel=golden.joint_vel[one]
+    )
+
+
 def replay(runner: Runner, golden: Golden) -> float:
     """The largest difference of a runner's observations, actions and targets from the trace's.
 
@@ -61,12 +69,7 @@ def replay(runner: Runner, golden: Golden) -> float:
     """
     apart: dict[str, float] = {"observation": 0.0, "action": 0.0, "target": 0.0}
     for k in range(len(golden.quat)):
-        now = Measurement(
-            quat=golden.quat[k : k + 1],
-            gyro=golden.gyro[k : k + 1],
-            joint_pos=golden.joint_pos[k : k + 1],
-            joint_vel=golden.joint_vel[k : k + 1],
-        )
+        now = _measured(golden, k)
         if k == 0:
             runner.start(now)
         target, seen = runner.act(now), runner.seen

@@ -177,12 +177,7 @@ MEASURES: dict[str, Callable[[Runner, int], ndarray]] = {
 """How each term is computed from measurements; what it means stands in `TERMS`."""
 
 
-def motion_of(reference: Reference, contract: Contract) -> Motion:
-    """The tables of a reference that a policy of our own performs.
-
-    Raises:
-        TrackingError: its joints, their order or its rate are not the contract's.
-    """
+def _check_performs(reference: Reference, contract: Contract) -> None:
     for name, told, found in (
         ("joint_names", contract.joint_names, reference.joint_names),
         ("control_dt", contract.control_dt, 1.0 / reference.fps),
@@ -193,6 +188,15 @@ def motion_of(reference: Reference, contract: Contract) -> Motion:
             )
     if contract.anchor not in reference.body_names:
         raise TrackingError("reference, body_names", found=f"no {contract.anchor}", expected="the contract's anchor")
+
+
+def motion_of(reference: Reference, contract: Contract) -> Motion:
+    """The tables of a reference that a policy of our own performs.
+
+    Raises:
+        TrackingError: its joints, their order or its rate are not the contract's.
+    """
+    _check_performs(reference, contract)
     anchor = reference.body_names.index(contract.anchor)
     at_rest = np.tile(contract.default_joint_pos, (reference.frames, 1))
     return Motion(
