@@ -21,6 +21,7 @@ HOUSE = {
 }
 FLOORS = list(HOUSE)
 MOST_MODULES, MOST_LINES = 12, 300  # of a folder (readers are one per format), of a module
+LONGEST_OF_TEN, MEDIAN_LINES = 26, 110  # of ten functions nine are no longer; half of the modules
 
 
 def files(*tops):
@@ -131,6 +132,20 @@ def test_rooms_and_modules_stay_small():
         assert len(modules) <= MOST_MODULES or folder.name in ("readers", "cli"), folder
     for path in files(*FLOORS):
         assert len(path.read_text().splitlines()) <= MOST_LINES, path
+
+
+def lengths():
+    """Lines of every function, the shortest first."""
+    trees = (ast.parse(path.read_text()) for path in files(*FLOORS))
+    functions = (n for tree in trees for n in ast.walk(tree) if isinstance(n, ast.FunctionDef))
+    return sorted(n.end_lineno - n.lineno + 1 for n in functions)
+
+
+def test_functions_and_modules_tell_one_story():
+    found = lengths()
+    assert found[int(0.9 * len(found))] <= LONGEST_OF_TEN
+    lines = sorted(len(path.read_text().splitlines()) for path in files(*FLOORS) if path.name != "__init__.py")
+    assert lines[len(lines) // 2] <= MEDIAN_LINES
 
 
 def test_torch_stays_in_tracking_and_rerun_in_one_module():
