@@ -17,10 +17,10 @@ from contextlib import contextmanager
 
 CALL = """
 import sys, time
-from clips import cut, read_clip, repaired
+from clips import cut, read_clip, repair
 from retarget import retarget
 from robot_models import load_robot
-clip, robot = repaired(cut(read_clip(sys.argv[1]), 0.0, float(sys.argv[2]))), load_robot(sys.argv[3])
+clip, robot = repair(cut(read_clip(sys.argv[1]), 0.0, float(sys.argv[2]))), load_robot(sys.argv[3])
 began = time.perf_counter()
 retarget(clip, robot)
 print(time.perf_counter() - began)

@@ -86,7 +86,7 @@ def run(path: Path) -> tuple[float, float, float]:
 
 def measure(path: Path) -> None:
     options = ReadOptions(
-        fps=30.0 if path.suffix == ".csv" else None, source_source_robot=None if path.suffix == ".bvh" else "dancer"
+        fps=30.0 if path.suffix == ".csv" else None, source_robot=None if path.suffix == ".bvh" else "dancer"
     )
     best = float("inf")
     for _ in range(3):

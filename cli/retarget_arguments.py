@@ -31,7 +31,7 @@ class Arguments:
     robot: str = DEFAULT_ROBOT
     """A built-in robot (dancer, g1, jvrc1, ...) or the path of a profile (.toml); for a folder, several with commas."""
     out: Out = None
-    """The reference to write; default: <clip>_<robot>.npz in the current folder. For a folder of clips: a folder."""
+    """The reference to write; default: <clips>_<robot>.npz in the current folder. For a folder of clips: a folder."""
     jobs: int | None = None
     """Processes for a folder of clips; default: one per core that may be used."""
     ray: str | None = None

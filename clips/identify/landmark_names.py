@@ -63,7 +63,7 @@ def _split(name: str) -> tuple[str, str]:
             return side, _letters(re.sub(side, "", bare, count=1, flags=re.IGNORECASE))
     match = (
         re.match(r"^(.*?)[_ .]([lrLR])$", bare)
-        or re.match(r"^([lrLR])(?=[_ .]|[A-Z][a-z])[_ .]?(.*)$", bare)
+        or re.match(r"^([lrLR])(?=[_ .A-Z])[_ .]?(.*)$", bare)
         or re.match(r"^(.*[a-z])([LR])$", bare)
     )
     if match:

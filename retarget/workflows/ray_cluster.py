@@ -43,10 +43,10 @@ def run_on_ray(jobs: Sequence[Job], config: BatchConfig, address: str) -> Iterat
             while waiting and len(at_work) < _AHEAD * max(1.0, ray.cluster_resources().get("CPU", 0.0)):
                 job = waiting.pop()
                 at_work[work.remote(job, config, str(Path.cwd()))] = job
-            finish_reference, _ = ray.wait(list(at_work), timeout=_LOOK_AGAIN)
-            if not finish_reference and not ray.cluster_resources().get("CPU"):
+            finished, _ = ray.wait(list(at_work), timeout=_LOOK_AGAIN)
+            if not finished and not ray.cluster_resources().get("CPU"):
                 raise _without_cores(address)
-            for done in finish_reference:
+            for done in finished:
                 job = at_work.pop(done)
                 try:
                     yield ray.get(done)

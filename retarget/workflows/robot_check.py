@@ -9,7 +9,6 @@ from retarget.pipeline import Retargeted, retarget
 from robot_models import RobotModel
 from robot_models.draft import STANDS_S, standing_seconds
 
-# What to look at in a profile when a number of the report is off.
 _SOLES = "[soles.*] (z, x, y)"
 _HINTS = {  # what to look at in a profile when a number of the report is off
     MetricKey.POSITION_BEYOND_LIMITS: "ranges in the model file",

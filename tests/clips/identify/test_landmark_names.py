@@ -36,6 +36,14 @@ def test_the_other_side_is_found_at_the_mirrored_name(names):
         assert found[other] == swapped(name)
 
 
+def test_capitals_have_their_side_in_front_or_behind():
+    parts = ["ARM", "FOREARM", "HAND", "UPLEG", "LEG", "FOOT", "TOEBASE"]
+    front = find_landmarks(["HIPS", "CHEST", "NECK", "HEAD", *(f"{side}{p}" for side in "LR" for p in parts)])
+    assert set(LANDMARKS) <= set(front) and front["left_knee"] == "LLEG" and front["right_hip"] == "RUPLEG"
+    behind = find_landmarks(["LOWERARM_L", "LOWERARM_R", "LOWERLEG_L", "LOWERLEG_R"])
+    assert behind["right_elbow"] == "LOWERARM_R" and behind["left_knee"] == "LOWERLEG_L"
+
+
 def test_no_point_is_two_parts_of_a_side(names):
     found = find_landmarks(names)
     assert len(set(found.values())) == len(found)

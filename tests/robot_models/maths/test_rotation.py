@@ -8,14 +8,14 @@ from robot_models.maths import rotation as rot
 SHAPES = [(), (5,), (4, 3)]
 
 
-def quats(rng, shape, expand_patterns=3.0):
-    return rot.exp(rng.normal(size=(*shape, 3)) * expand_patterns)
+def quats(rng, shape, spread=3.0):
+    return rot.exp(rng.normal(size=(*shape, 3)) * spread)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("expand_patterns", [1e-9, 1e-3, 1.0, 3.0])
-def test_group_axioms(rng, shape, expand_patterns):
-    a, b, c = (quats(rng, shape, expand_patterns) for _ in range(3))
+@pytest.mark.parametrize("spread", [1e-9, 1e-3, 1.0, 3.0])
+def test_group_axioms(rng, shape, spread):
+    a, b, c = (quats(rng, shape, spread) for _ in range(3))
     v = rng.normal(size=(*shape, 3))
     np.testing.assert_allclose(rot.multiply(rot.multiply(a, b), c), rot.multiply(a, rot.multiply(b, c)), atol=1e-14)
     assert rot.angle_between(rot.multiply(a, rot.conjugate(a)), np.broadcast_to(rot.IDENTITY, a.shape)).max() < 1e-14
