@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
+
+_BLAS = threading.Lock()  # the limit is the whole process's
+_limited = 0  # blocks that are open
+_limits: Any = None  # what the first of them set, and the last takes back
 
 
 def available_threads() -> int:
@@ -17,10 +23,20 @@ def one_blas_thread() -> Iterator[None]:
     """Linear algebra on one thread for as long as the block lasts; a decorator too.
 
     The solver's matrices are too small to share: on busy cores threads of the BLAS libraries spend a hundred times the
-    work's own time waiting for one another.
+    work's own time waiting for one another. Blocks of several Python threads may overlap.
     """
+    global _limited, _limits
     import scipy.linalg  # noqa: F401 - NumPy and SciPy have a BLAS each: both must be there to be told
     from threadpoolctl import threadpool_limits
 
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _BLAS:
+        if _limited == 0:
+            _limits = threadpool_limits(limits=1, user_api="blas")
+        _limited += 1
+    try:
         yield
+    finally:
+        with _BLAS:
+            _limited -= 1
+            if _limited == 0:
+                _limits.restore_original_limits()
