@@ -22,7 +22,7 @@ def run_sweep(args: Arguments, engines: tuple[str, ...], console: Console) -> in
         cells = sweep(
             args.bundle, engines, rollouts=args.rollouts, seed=args.seed, jobs=args.jobs or available_threads(),
             reference=args.ref, robot=args.robot,
-            progress=lambda done, total: tell("sweep", done, total),
+            progress=tell,
         )  # fmt: skip
     rows = by_condition(cells)
     console.print(grid(engines, {c: [brief(row[name].result) for name in engines] for c, row in rows.items()}))

@@ -80,5 +80,5 @@ def _film(show: PoseStream, args: Arguments) -> int:
     with progress("frames") as tell:
         return write_film(
             args.film or Path(), show.robot, show.poses, show.fps, (args.width, args.height),
-            progress=lambda done: tell("film", done, show.frames),
+            frames=show.frames, progress=tell,
         )  # fmt: skip

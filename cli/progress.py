@@ -6,30 +6,27 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import Any
 
+from rich import progress as rich_progress
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from robot_models.maths import Progress
 
 _QUIET_S = 15.0  # between two lines of progress in a log
 
 
-class Tell(Protocol):
-    """Told how far a stage has come, with a note where there is something to say."""
-
-    def __call__(self, stage: str, done: int, total: int, note: str = "") -> None:
-        """One step further."""
-
-
 @contextmanager
-def progress(unit: str) -> Iterator[Tell]:
+def progress(unit: str) -> Iterator[Progress]:
     """A bar per stage on stderr, with the time to go; a line now and then where stderr is no terminal."""
     if not sys.stderr.isatty():
         yield _Lines(unit)
         return
-    bar = Progress(
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeElapsedColumn(),
-        TextColumn("eta"), TimeRemainingColumn(), TextColumn("{task.fields[note]}"), console=Console(stderr=True),
+    text = rich_progress.TextColumn
+    bar = rich_progress.Progress(
+        text("{task.description}"), rich_progress.BarColumn(), rich_progress.MofNCompleteColumn(), text(unit),
+        rich_progress.TimeElapsedColumn(), text("eta"), rich_progress.TimeRemainingColumn(), text("{task.fields[note]}"),
+        console=Console(stderr=True),
     )  # fmt: skip
     tasks: dict[str, Any] = {}
     with bar:

@@ -12,6 +12,7 @@ from cli.progress import progress
 from cli.terminal import BELOW_GATE, DONE, GATE, REFUSED, command
 from cli.train_arguments import Arguments
 from cli.training_summary import print_check, print_run
+from robot_models.maths import silent
 
 if TYPE_CHECKING:
     from tracking import Run
@@ -91,5 +92,5 @@ def _train(args: Arguments, chosen: Selection, folder: Path, follows: bool) -> R
     with progress("steps") as tell:
         return train(
             chosen.robot, chosen.pieces, folder, args.config(), resume=args.resume,
-            progress=None if follows else lambda done, total, note: tell("train", done, total, note),
+            progress=silent if follows else tell,
         )  # fmt: skip

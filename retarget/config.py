@@ -240,11 +240,11 @@ class RetargetConfig(_Checked):
     contact: ContactConfig = field(default_factory=ContactConfig)
     feet: FeetConfig = field(default_factory=FeetConfig)
     jumps: JumpConfig = field(default_factory=JumpConfig)
+    dynamics: bool = True  # report whether physics allows the motion
     weights: ObjectiveWeights = field(default_factory=ObjectiveWeights)
     whole_clip: WholeClipConfig = field(default_factory=WholeClipConfig)
     ik: IkConfig = field(default_factory=IkConfig)
     gates: Gates = field(default_factory=Gates)
-    dynamics: bool = True  # report whether physics allows the motion
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from typing import Any
@@ -34,9 +34,7 @@ from retarget.targets import (
     raise_jumps,
 )
 from robot_models import RobotError, RobotModel
-from robot_models.maths import one_blas_thread
-
-Progress = Callable[[str, int, int], None]  # stage, done, in all
+from robot_models.maths import Progress, one_blas_thread, silent
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,7 +63,7 @@ def retarget(
     *,
     contacts: Sequence[ContactEdit] = (),
     keys: Sequence[KeyFrame] = (),
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Retargeted:
     """Bring a recorded motion to a robot.
 
@@ -162,21 +160,18 @@ def solve(
     posture: Float[ndarray, "T nq"],
     pins: Float[ndarray, "T J"],
     config: RetargetConfig,
-    progress: Progress | None,
+    progress: Progress,
 ) -> Float[ndarray, "P nq"]:
     """The motion, leads included, by the solver that the configuration names."""
-    tell = progress or (lambda *_: None)
     near = padded.qpos[:, 7:].copy()
     near[padded.dance] = posture[:, 7:]
     if config.solver != "whole-clip":
         solver = frame_solver(config.solver, robot, config.ik, config.fps)
-        return follow(solver, padded.targets, near, progress=lambda a, b: tell(config.solver, a, b))
+        return follow(solver, padded.targets, near, progress=progress)
     pinned_near = np.full_like(near, np.nan)
     pinned_near[padded.dance] = pins
     objective = make_objective(robot, padded.targets, config.weights, near, pinned_near, config.feet)
-    return optimise(
-        robot, objective, padded.qpos, config.fps, config.whole_clip, progress=lambda a, b: tell("optimise", a, b)
-    )
+    return optimise(robot, objective, padded.qpos, config.fps, config.whole_clip, progress=progress)
 
 
 def reference_of(

@@ -2,7 +2,7 @@
 
 from robot_models.build import BODY_BIT
 from robot_models.catalogue import DEFAULT_ROBOT, find_profile, installed, load_robot, robot_names
-from robot_models.errors import DanceError, RobotError
+from robot_models.errors import DanceError, RobotError, import_or_refuse
 from robot_models.geometry import body_geoms, lowest_point, self_collision_depth
 from robot_models.jacobians import Kinematics, ancestors, forces, integrate, kinematics, moved
 from robot_models.kinematics import (
@@ -42,6 +42,7 @@ __all__ = [
     "forces",
     "forward_kinematics",
     "heel_toe_positions",
+    "import_or_refuse",
     "installed",
     "integrate",
     "joint_axes",

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import Any
+
 
 class DanceError(Exception):
     """A refusal that the caller can act on.
@@ -26,3 +29,11 @@ class DanceError(Exception):
 
 class RobotError(DanceError):
     """A robot's model or profile cannot be used as it stands."""
+
+
+def import_or_refuse(module: str, refusal: DanceError) -> Any:
+    """A module of an optional package; the refusal is raised where it is not installed or does not load."""
+    try:
+        return import_module(module)
+    except ImportError as e:
+        raise refusal from e

@@ -13,19 +13,16 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models.errors import RobotError
+from robot_models.errors import RobotError, import_or_refuse
 from robot_models.maths import rotation as rot
 from robot_models.model import RobotModel
 
 
 def _pinocchio() -> Any:
-    try:
-        import pinocchio
-    except ImportError as e:
-        raise RobotError(
-            "Pinocchio", found="not installed", expected="pin 3.8.0", cure="pip install pin==3.8.0 (no Windows wheels)"
-        ) from e
-    return pinocchio
+    cure = "pip install pin==3.8.0 (no Windows wheels)"
+    return import_or_refuse(
+        "pinocchio", RobotError("Pinocchio", found="not installed", expected="pin 3.8.0", cure=cure)
+    )
 
 
 def pinocchio_model(robot: RobotModel) -> Any:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clips import OutputError, write_whole
+from robot_models import import_or_refuse
 
 if TYPE_CHECKING:
     from tracking import Cell
@@ -20,14 +21,11 @@ def save_sweep(path: Path, rows: Mapping[str, Mapping[str, Cell]], engines: Sequ
     Raises:
         OutputError: matplotlib is not installed.
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as e:
-        raise OutputError(
-            "--picture", found="no matplotlib", expected="it installed", cure="pip install 'dance-retarget[sim2sim]'"
-        ) from e
+    cure = "pip install 'dance-retarget[sim2sim]'"
+    refusal = OutputError("--picture", found="no matplotlib", expected="it installed", cure=cure)
+    drawing = import_or_refuse("matplotlib.figure", refusal)
     share = 100.0 * np.array([[row[name].result.finished for name in engines] for row in rows.values()])
-    figure = Figure(figsize=(3.2 + 1.5 * len(engines), 1.0 + 0.34 * len(rows)), layout="constrained", dpi=120)
+    figure = drawing.Figure(figsize=(3.2 + 1.5 * len(engines), 1.0 + 0.34 * len(rows)), layout="constrained", dpi=120)
     axes = figure.add_subplot()
     axes.imshow(share, cmap="RdYlGn", vmin=0.0, vmax=100.0, aspect="auto")
     axes.set_xticks(range(len(engines)), engines)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,8 @@ import numpy as np
 from numpy import ndarray
 
 from clips import OutputError, aside
-from robot_models import RobotModel
+from robot_models import RobotModel, import_or_refuse
+from robot_models.maths import Progress, silent
 
 _FPS = 50.0  # players stumble over more
 _GHOST = (0.35, 0.75, 1.0, 0.3)
@@ -23,7 +24,8 @@ def write_film(
     fps: float,
     size: tuple[int, int],
     *,
-    progress: Callable[[int], None] | None = None,
+    frames: int = 0,
+    progress: Progress = silent,
 ) -> int:
     """Write an mp4 of poses with their ghosts; returns the number of poses.
 
@@ -33,7 +35,8 @@ def write_film(
         poses: qpos of the robot and of its ghost (None: no ghost), frame by frame.
         fps: of the poses.
         size: width and height in pixels, even numbers.
-        progress: told the number of poses so far.
+        frames: how many poses there can be, for those who are told of the progress.
+        progress: told after every pose.
 
     Raises:
         OutputError: no OpenGL or no encoder on this machine, or the file cannot be written.
@@ -48,21 +51,16 @@ def write_film(
         for done, (qpos, ghost) in enumerate(poses, start=1):
             if (done - 1) % every == 0:
                 film.send(np.ascontiguousarray(stage.draw(qpos, ghost)))
-            if progress is not None:
-                progress(done)
+            progress("film", done, frames)
         film.close()
         stage.close()
     return done
 
 
 def _encoder() -> Any:
-    try:
-        import imageio_ffmpeg
-    except ModuleNotFoundError as e:
-        raise OutputError(
-            "film", found="no package imageio_ffmpeg", expected="it", cure="pip install imageio-ffmpeg"
-        ) from e
-    return imageio_ffmpeg
+    cure = "pip install imageio-ffmpeg"
+    refusal = OutputError("film", found="no package imageio_ffmpeg", expected="it installed", cure=cure)
+    return import_or_refuse("imageio_ffmpeg", refusal)
 
 
 Bone = tuple[ndarray, ndarray, float, ndarray]

@@ -22,6 +22,7 @@ def find_quat_order(
     root_pos: ndarray,
     root_quat: ndarray,
     stated: str | None,
+    customary: str | None,
     joint_pos: ndarray,
     options: ReadOptions,
 ) -> Finding:
@@ -30,10 +31,9 @@ def find_quat_order(
     Raises:
         ClipError: neither order is clearly the right one, and the format has no custom.
     """
-    custom = (stated or "").removesuffix("?")
-    if options.quat_order or custom == stated:
+    value = options.quat_order or stated
+    if value is not None:
         why = "given" if options.quat_order else "the format says so"
-        value = options.quat_order or custom
         return Finding(what="quaternion order", value=value, why=why, confidence="stated", option="quat_order")
     rough, upright = {}, {}
     for name in ("xyzw", "wxyz"):
@@ -48,9 +48,9 @@ def find_quat_order(
     stands = upright[best] - 0.5 > 0.0 > upright[other]
     if stands or (rough[other] >= IDENTIFY.clear * rough[best] and upright[best] > upright[other] - 0.1):
         return Finding(what="quaternion order", value=best, why=why, confidence="measured", option="quat_order")
-    if custom:
+    if customary is not None:
         why = f"the dialect's custom; not settled by forward kinematics ({best}: {why})"
-        return Finding(what="quaternion order", value=custom, why=why, confidence="assumed", option="quat_order")
+        return Finding(what="quaternion order", value=customary, why=why, confidence="assumed", option="quat_order")
     raise ClipError(
         raw.name, found=f"no clear quaternion order ({best}: {why})", expected="one that stands on a floor",
         cure="state it", option="quat_order", suggestion=best,

@@ -33,6 +33,7 @@ def robot_clip(
     quat_order: str | None,
     joint_pos: Float[ndarray, "T J"],
     options: ReadOptions,
+    customary_order: str | None = None,
     findings: Sequence[Finding] = (),
     conversions: Sequence[str] = (),
     repairs: Sequence[Repair] = (),
@@ -47,10 +48,10 @@ def robot_clip(
         joint_names: names of the columns of `joint_pos`, a subset of the robot's.
         root_pos: [m].
         root_quat: in the file's order.
-        quat_order: "wxyz" or "xyzw" where the format states it; with a "?" where that is only its custom, which
-            forward kinematics may overrule; None: forward kinematics decides.
+        quat_order: "wxyz" or "xyzw" where the format states it; None: forward kinematics decides.
         joint_pos: [rad].
         options: what the user states.
+        customary_order: the format's custom, where it states none: believed where forward kinematics cannot tell.
         findings: what the reader decided before.
         conversions: what the reader did to the numbers before.
         repairs: what the reader mended before.
@@ -65,7 +66,7 @@ def robot_clip(
     joint_pos, turns = unwrapped(model, order, joint_pos)
     flips = int((np.sum(root_quat[1:] * root_quat[:-1], axis=1) < 0.0).sum())
     signs = [Repair(what="quaternion signs made continuous", count=flips)] if flips else []
-    finding = find_quat_order(raw, model, order, root_pos, root_quat, quat_order, joint_pos, options)
+    finding = find_quat_order(raw, model, order, root_pos, root_quat, quat_order, customary_order, joint_pos, options)
     quat = unit_wxyz(raw, root_quat, finding.value)
     limits = check_limits(raw, model, order, joint_pos)
     named = any((f.what, f.value) == ("joint order", "by name") for f in findings)

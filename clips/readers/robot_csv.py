@@ -93,7 +93,7 @@ def _with_header(raw: RawFile, data: Table, fps: float, options: ReadOptions, fi
                 f"{raw.name}, header", found=f"{len(lead)} columns beside the joints ({', '.join(lead)})",
                 expected="7: x, y, z [m] and the quaternion w, x, y, z of the pelvis, as they stand in MuJoCo's qpos",
             )  # fmt: skip
-        position, rotation, order, dialect = lead[:3], lead[3:], "wxyz?", "dof_<link> CSV of the dance environment"
+        position, rotation, order, dialect = lead[:3], lead[3:], None, "dof_<link> CSV of the dance environment"
     return robot_clip(
         raw,
         dialect=dialect,
@@ -105,6 +105,7 @@ def _with_header(raw: RawFile, data: Table, fps: float, options: ReadOptions, fi
         quat_order=order,
         joint_pos=_columns(data, [c for c, _ in columns]),
         options=options,
+        customary_order="wxyz",
         findings=findings,
         repairs=data.repairs,
     )

@@ -14,6 +14,7 @@ from clips.identify import choose_layout, joint_order, robot_clip
 from clips.provenance import RawFile, ReadOptions
 from clips.readers.npz import refuse_bombs
 from clips.readers.rates import rate
+from robot_models import import_or_refuse
 from robot_models.maths import rotation as rot
 
 _KEYS = ("dof_pos", "rigid_body_pos", "rigid_body_rot")
@@ -65,16 +66,9 @@ def read(raw: RawFile, options: ReadOptions) -> RobotClip:
 
 
 def _torch(raw: RawFile) -> Any:
-    try:
-        import torch
-    except ImportError as e:
-        raise ClipError(
-            raw.name,
-            found="no torch on this machine",
-            expected="it, to open what it saved",
-            cure="pip install torch==2.13.0",
-        ) from e
-    return torch
+    cure = "pip install torch==2.13.0"
+    refusal = ClipError(raw.name, found="no torch on this machine", expected="it, to open what it saved", cure=cure)
+    return import_or_refuse("torch", refusal)
 
 
 def _tensors(raw: RawFile) -> dict[str, Any]:

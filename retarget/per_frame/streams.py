@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
@@ -13,8 +11,7 @@ from retarget.errors import RetargetError
 from retarget.per_frame.base import FrameSolver
 from retarget.targets import Targets
 from robot_models import RobotModel
-
-Progress = Callable[[int, int], None]  # frames done, frames in all
+from robot_models.maths import Progress, silent
 
 
 def frame_solver(name: str, robot: RobotModel, config: IkConfig, fps: float) -> FrameSolver:
@@ -37,12 +34,11 @@ def frame_solver(name: str, robot: RobotModel, config: IkConfig, fps: float) -> 
 
 
 def follow(
-    solver: FrameSolver, targets: Targets, posture: Float[ndarray, "T J"], *, progress: Progress | None = None
+    solver: FrameSolver, targets: Targets, posture: Float[ndarray, "T J"], *, progress: Progress = silent
 ) -> Float[ndarray, "T nq"]:
     """Send every frame through a stream."""
     out = []
     for t in range(len(posture)):
         out.append(solver(targets.at(np.array([t])), posture[t]))
-        if progress is not None:
-            progress(t + 1, len(posture))
+        progress("frame by frame", t + 1, len(posture))
     return np.stack(out)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,9 +14,8 @@ from retarget.solver.gauss_newton import refine
 from retarget.solver.objective import Objective
 from retarget.targets import smoothstep
 from robot_models import RobotModel
+from robot_models.maths import Progress, silent
 from robot_models.maths import rotation as rot
-
-Progress = Callable[[int, int], None]  # steps done, steps in all
 
 
 def coarse_poses(
@@ -24,7 +23,7 @@ def coarse_poses(
 ) -> Float[ndarray, "T nq"]:
     """A first guess on a coarse grid, from a start that may be far away."""
     far = replace(config, damping=config.coarse_damping, largest_turn=config.coarse_turn)
-    return _on_grids(robot, objective, start, fps, (config.coarse,), far, None)
+    return _on_grids(robot, objective, start, fps, (config.coarse,), far, silent)
 
 
 def optimise(
@@ -34,7 +33,7 @@ def optimise(
     fps: float,
     config: WholeClipConfig,
     *,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Float[ndarray, "T nq"]:
     """Bring a rough motion to its goals, within all limits."""
     return _on_grids(robot, objective, start, fps, config.fine, config, progress)
@@ -47,7 +46,7 @@ def _on_grids(
     fps: float,
     stages: tuple[GridStage, ...],
     config: WholeClipConfig,
-    progress: Progress | None,
+    progress: Progress,
 ) -> ndarray:
     windows = list(_windows(len(start), fps, config))
     out = np.array(start)
@@ -58,8 +57,7 @@ def _on_grids(
             stride = grid[1] if len(grid) > 1 else 1
             solved = refine(robot, inside.at(grid), part[grid], fps / stride, stage, config)
             part = solved if len(grid) == len(part) else _between(solved, grid, len(part))
-            if progress is not None:
-                progress(done * len(stages) + k + 1, len(windows) * len(stages))
+            progress("optimise", done * len(stages) + k + 1, len(windows) * len(stages))
         _blend_in(out, part, window, 0 if window.start == 0 else round(config.overlap_s * fps))
     return out
 

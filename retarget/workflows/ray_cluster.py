@@ -15,6 +15,7 @@ from typing import Any
 
 from retarget.errors import RetargetError
 from retarget.workflows.batch import BatchConfig, Job, Outcome, lost, run_job, versions
+from robot_models import import_or_refuse
 
 _RETRIES = 2  # of a job whose process or node died
 _PATIENCE = 5.0  # for a cluster's first word [s]
@@ -62,15 +63,9 @@ def _work(job: Job, config: BatchConfig, folder: str) -> Outcome:
 
 
 def _connected(address: str, results: Path) -> Any:
-    try:
-        import ray
-    except ImportError as e:
-        raise RetargetError(
-            f"Ray cluster {address}",
-            found="no Ray",
-            expected="it installed",
-            cure="pip install 'dance-retarget[scale]'",
-        ) from e
+    cure = "pip install 'dance-retarget[scale]'"
+    where = f"Ray cluster {address}"
+    ray = import_or_refuse("ray", RetargetError(where, found="no Ray", expected="it installed", cure=cure))
     try:
         if address not in ("auto", "local"):
             # Ray itself would try for ten minutes.

@@ -19,7 +19,6 @@ from retarget.config import RetargetConfig, SequenceConfig
 from retarget.dynamics import Dynamics
 from retarget.pipeline import (
     Prepared,
-    Progress,
     Retargeted,
     finish_reference,
     meta_of,
@@ -40,7 +39,7 @@ from retarget.targets import (
     targets_of,
 )
 from robot_models import RobotModel
-from robot_models.maths import one_blas_thread
+from robot_models.maths import Progress, one_blas_thread, silent
 from robot_models.maths import rotation as rot
 
 
@@ -67,7 +66,7 @@ def retarget_sequence(
     config: RetargetConfig | None = None,
     *,
     transition_config: SequenceConfig = SequenceConfig(),
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> tuple[Retargeted, list[Transition]]:
     """Retarget clips into one reference, in the order given.
 

@@ -15,9 +15,9 @@ from clips import Clip, repair, warp_time
 from clips.edit import recentre, resample
 from retarget.config import RetargetConfig
 from retarget.errors import RetargetError
-from retarget.pipeline import Progress, Retargeted, retarget
+from retarget.pipeline import Retargeted, retarget
 from robot_models import RobotModel
-from robot_models.maths import smooth
+from robot_models.maths import Progress, silent, smooth
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +37,7 @@ def fit_to_dynamics(
     config: RetargetConfig | None = None,
     fit: FitConfig | None = None,
     *,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Retargeted:
     """Retarget, find what physics does not allow, slow the source there, and again; the best round is kept.
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from robot_models import import_or_refuse
 from tracking.deploy.guard import Command, State
 from tracking.errors import TrackingError
 
@@ -26,13 +27,9 @@ _LOOPBACK_ONLY = """<CycloneDDS><Domain Id="any"><General>
 
 
 def _interface(name: str) -> Any:
-    try:
-        import unitree_interface as sdk
-    except ImportError as e:
-        raise TrackingError(
-            "the robot's wires", found="no far-unitree-sdk", expected="it installed",
-            cure="pip install 'dance-retarget[deploy]'",
-        ) from e  # fmt: skip
+    cure = "pip install 'dance-retarget[deploy]'"
+    refusal = TrackingError("the robot's wires", found="no far-unitree-sdk", expected="it installed", cure=cure)
+    sdk = import_or_refuse("unitree_interface", refusal)
     there = [found for _, found in socket.if_nameindex()]
     if name not in there:
         raise TrackingError(

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models import RobotModel, body_geoms
-from robot_models.maths import available_threads
-from tracking.engines.physics import PhysicsBatch
+from tracking.engines.physics import EngineOptions, PhysicsBatch
 
 if TYPE_CHECKING:
     import mujoco
@@ -41,25 +40,17 @@ class MujocoBatch(PhysicsBatch):
     observation is computed from the state itself.
     """
 
-    def __init__(
-        self,
-        models: Sequence[mujoco.MjModel],
-        *,
-        control_dt: float,
-        delay: Float[ndarray, "N"] | None = None,
-        threads: int = 0,
-    ) -> None:
-        """As `PhysicsBatch`; threads: of the physics; 0: as many as the process may use."""
+    def __init__(self, models: Sequence[mujoco.MjModel], **options: Unpack[EngineOptions]) -> None:
+        """As `PhysicsBatch`."""
         import mujoco
         from mujoco import rollout
 
-        super().__init__(models, control_dt=control_dt, physics_dt=models[0].opt.timestep, delay=delay)
+        super().__init__(models, physics_dt=models[0].opt.timestep, **options)
         # Of the full physics state all that has memory here is time, qpos and qvel; there is nothing else in it.
         model, size = self.models[0], self.state.shape[1]
         assert mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS) == size
-        threads = threads or available_threads()
-        self._rollout = rollout.Rollout(nthread=threads if self.count > 1 else 0)
-        self._data = [mujoco.MjData(model) for _ in range(max(1, threads if self.count > 1 else 1))]
+        self._rollout = rollout.Rollout(nthread=self.threads if self.count > 1 else 0)
+        self._data = [mujoco.MjData(model) for _ in range(self.threads if self.count > 1 else 1)]
         self._out = np.zeros((self.count, self.substeps, size))
         self._sensors = np.zeros((self.count, self.substeps, model.nsensordata))
 

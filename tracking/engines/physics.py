@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, Required, TypedDict, Unpack, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models import BodyStates, RobotModel
-from robot_models.maths import Array, array_namespace, push_history
+from robot_models.maths import Array, array_namespace, available_threads, push_history
 from tracking.engines.body_sensors import BodySensors
 from tracking.engines.random import Rng
 from tracking.errors import TrackingError
@@ -38,14 +38,21 @@ class BodyReader(Protocol):
         """End what keeps running."""
 
 
+class EngineOptions(TypedDict, total=False):
+    """What every engine is made with, besides its models."""
+
+    control_dt: Required[float]  # control period [s], a whole number of physics steps
+    delay: Float[ndarray, "N"] | None  # until each robot's motors hear of a new target, rounded to physics steps [s]
+    threads: int  # of the physics, where the engine has threads; 0: as many as the process may use
+
+
 class PhysicsBatch(ABC):
     """N robots, each with a model of its own, advanced together by one control period.
 
     Args:
         models: the robots. Masses, inertias, joints, motors, soles and friction are read from these in every engine.
-        control_dt: control period [s], a whole number of physics steps.
         physics_dt: physics step [s].
-        delay: seconds until each robot's motors hear of a new target, rounded to physics steps; none by default.
+        options: control period, delays and threads.
 
     `state` is [time, qpos, qvel] in MuJoCo's layout and conventions. `qpos` and `qvel` are views of its parts. Arrays are
     NumPy's in main memory, unless an engine says otherwise by `to_device`: the task computes where the engine does.
@@ -54,14 +61,11 @@ class PhysicsBatch(ABC):
     device = "cpu"  # as torch names it: where the arrays are
 
     def __init__(
-        self,
-        models: Sequence[mujoco.MjModel],
-        *,
-        control_dt: float,
-        physics_dt: float,
-        delay: Float[ndarray, "N"] | None = None,
+        self, models: Sequence[mujoco.MjModel], *, physics_dt: float, **options: Unpack[EngineOptions]
     ) -> None:
         self.models, self.physics_dt = list(models), physics_dt
+        self.threads = options.get("threads", 0) or available_threads()
+        control_dt, delay = options["control_dt"], options.get("delay")
         self.substeps = round(control_dt / physics_dt)
         if abs(self.substeps * physics_dt - control_dt) > 1e-9 or self.substeps < 1:
             raise TrackingError(

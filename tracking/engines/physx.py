@@ -9,15 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from robot_models import import_or_refuse
 from robot_models.maths import rotation as rot
 from tracking.engines.actuators import servo_gains, torque_limits
-from tracking.engines.physics import PhysicsBatch
+from tracking.engines.physics import EngineOptions, PhysicsBatch
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
@@ -46,27 +47,18 @@ class PhysxBatch(PhysicsBatch):
 
     Args:
         models: MuJoCo models of the robots; only their soles touch the floor, as in training.
-        control_dt: control period [s].
-        delay: as in `PhysicsBatch`.
-        threads: not used; scenes are stepped one after the other.
         profile: step, motors and solver.
+        options: as in `PhysicsBatch`; scenes are stepped one after the other, on one thread.
 
     Raises:
         TrackingError: SAPIEN is not installed, or a model has what this builder does not know.
     """
 
     def __init__(
-        self,
-        models: Sequence[mujoco.MjModel],
-        *,
-        control_dt: float,
-        delay: Float[ndarray, "N"] | None = None,
-        threads: int = 0,
-        profile: PhysxProfile = ISAAC,
+        self, models: Sequence[mujoco.MjModel], *, profile: PhysxProfile = ISAAC, **options: Unpack[EngineOptions]
     ) -> None:
-        del threads
-        step = control_dt / np.ceil(control_dt / profile.physics_dt - 1e-9)
-        super().__init__(models, control_dt=control_dt, physics_dt=float(step), delay=delay)
+        step = options["control_dt"] / np.ceil(options["control_dt"] / profile.physics_dt - 1e-9)
+        super().__init__(models, physics_dt=float(step), **options)
         self.scenes = [PhysxScene(m, self.physics_dt, profile) for m in self.models]
         self._written = np.full_like(self.state, np.nan)
 
@@ -213,13 +205,6 @@ def _from_x(axis: Float[ndarray, "3"]) -> Float[ndarray, "4"]:
 
 
 def _sapien() -> Any:
-    try:
-        import sapien
-    except ImportError as e:
-        raise TrackingError(
-            "the second engine",
-            found="no SAPIEN",
-            expected="it installed",
-            cure="pip install 'dance-retarget[sim2sim]'",
-        ) from e
-    return sapien
+    cure = "pip install 'dance-retarget[sim2sim]'"
+    refusal = TrackingError("the second engine", found="no SAPIEN", expected="it installed", cure=cure)
+    return import_or_refuse("sapien", refusal)

@@ -10,16 +10,16 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models import BodyStates, RobotModel
+from robot_models import BodyStates, RobotModel, import_or_refuse
 from robot_models.maths import Array
 from robot_models.maths import rotation as rot
-from tracking.engines.physics import BodyReader, PhysicsBatch
+from tracking.engines.physics import BodyReader, EngineOptions, PhysicsBatch
 from tracking.engines.random import Rng, TorchRng
 from tracking.errors import TrackingError
 
@@ -37,32 +37,23 @@ class WarpBatch(PhysicsBatch):
 
     Args:
         models: MuJoCo models of one robot, which differ in nothing but friction, masses and gains.
-        control_dt: control period [s].
-        delay: as in `PhysicsBatch`.
-        threads: not used.
         device: `cuda:0`, `cpu`, ...; by default a CUDA device, each process of a team its own.
+        options: as in `PhysicsBatch`; threads are not used.
 
     Raises:
         TrackingError: MuJoCo-Warp is not installed, or there is no CUDA device and none was named.
     """
 
     def __init__(
-        self,
-        models: Sequence[mujoco.MjModel],
-        *,
-        control_dt: float,
-        delay: Float[ndarray, "N"] | None = None,
-        threads: int = 0,
-        device: str | None = None,
+        self, models: Sequence[mujoco.MjModel], *, device: str | None = None, **options: Unpack[EngineOptions]
     ) -> None:
         import mujoco
         import torch
 
-        del threads
         self._torch, (self._wp, self._mjw) = torch, _warp()
         self._on = self._wp.get_device(device or _cuda(self._wp))
         self.device = str(self._wp.device_to_torch(self._on))
-        super().__init__(models, control_dt=control_dt, physics_dt=models[0].opt.timestep, delay=delay)
+        super().__init__(models, physics_dt=models[0].opt.timestep, **options)
         base, n = copy.copy(self.models[0]), self.count
         base.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)  # here nothing is ever reset
         soles = int(((base.geom_contype | base.geom_conaffinity) > 0).sum())
@@ -208,16 +199,8 @@ def _cuda(warp: Any) -> str:
 
 
 def _warp() -> tuple[Any, Any]:
-    try:
-        import warp
-
-        warp.config.log_level = warp.LOG_WARNING  # it would name every kernel that it loads
-        import mujoco_warp
-    except ImportError as e:
-        raise TrackingError(
-            "physics on a GPU",
-            found="no MuJoCo-Warp",
-            expected="it installed",
-            cure="pip install 'dance-retarget[gpu]'",
-        ) from e
-    return warp, mujoco_warp
+    cure = "pip install 'dance-retarget[gpu]'"
+    refusal = TrackingError("physics on a GPU", found="no MuJoCo-Warp", expected="it installed", cure=cure)
+    warp = import_or_refuse("warp", refusal)
+    warp.config.log_level = warp.LOG_WARNING  # it would name every kernel that it loads
+    return warp, import_or_refuse("mujoco_warp", refusal)

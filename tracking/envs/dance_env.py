@@ -14,12 +14,10 @@ import numpy as np
 from gymnasium import spaces
 from numpy import ndarray
 
-from clips import load_reference
-from robot_models import load_robot
 from robot_models.maths import rotation as rot
 from tracking.config import RandomisationConfig
 from tracking.engines import MujocoBatch
-from tracking.envs.viewer import MODES, Screen
+from tracking.envs.reference_env import ReferenceEnv
 from tracking.task import draw_robots
 
 FALLEN = 0.6  # of the root [m]
@@ -27,7 +25,7 @@ TILTED = 1.0  # roll or pitch of the root [rad]
 _PHYSICS_DT = 0.005  # longest physics step [s]
 
 
-class DanceEnv(gymnasium.Env[ndarray, ndarray]):
+class DanceEnv(ReferenceEnv):
     """A robot imitates the joint angles of a reference and stays on its feet.
 
     Observation, float32: qpos, qvel, the joint positions of the next reference frame, the phase in [0, 1]. For the
@@ -44,8 +42,6 @@ class DanceEnv(gymnasium.Env[ndarray, ndarray]):
         randomise: draw friction, mass and gains anew at every reset.
     """
 
-    metadata = {"render_modes": list(MODES), "render_fps": 50}  # noqa: RUF012
-
     def __init__(
         self,
         reference: str | Path,
@@ -54,13 +50,8 @@ class DanceEnv(gymnasium.Env[ndarray, ndarray]):
         noise: float = 0.02,
         randomise: bool = False,
     ) -> None:
-        path = Path(reference)
-        self.robot = load_robot(robot or load_reference(path).robot)
-        self.reference = load_reference(path, self.robot)
-        self.dt = 1.0 / self.reference.fps
-        self.metadata = {**self.metadata, "render_fps": round(self.reference.fps)}
-        self.render_mode, self._noise, self._randomise = render_mode, noise, randomise
-        self._screen = Screen(self.robot, render_mode)
+        super().__init__(reference, robot, render_mode)
+        self.dt, self._noise, self._randomise = 1.0 / self.reference.fps, noise, randomise
         self._qpos, self._qvel = self.reference.qpos, self.reference.qvel
         self._middle, self._half = (
             0.5 * (self.robot.lower + self.robot.upper),

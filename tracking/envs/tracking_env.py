@@ -5,19 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import gymnasium
 import numpy as np
 from gymnasium import spaces
 from numpy import ndarray
 
-from clips import load_reference
-from robot_models import load_robot
 from tracking.config import TaskConfig
-from tracking.envs.viewer import MODES, Screen
+from tracking.envs.reference_env import ReferenceEnv
 from tracking.task import TrackingTask
 
 
-class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
+class DanceTrackingEnv(ReferenceEnv):
     """One robot that shall follow a reference.
 
     Observation: the actor's table (`env.unwrapped.task.actor`), float32. Action: residual joint targets in [-1, 1], in
@@ -33,8 +30,6 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
         random_start: start anywhere in the dance; otherwise at its first frame.
     """
 
-    metadata = {"render_modes": list(MODES), "render_fps": 50}  # noqa: RUF012
-
     def __init__(
         self,
         reference: str | Path,
@@ -43,14 +38,11 @@ class DanceTrackingEnv(gymnasium.Env[ndarray, ndarray]):
         config: TaskConfig | None = None,
         random_start: bool = True,
     ) -> None:
-        path = Path(reference)
-        model = load_robot(robot or load_reference(path).robot)
+        super().__init__(reference, robot, render_mode)
         self.task = TrackingTask(
-            robot=model, reference=load_reference(path, model), envs=1, config=config or TaskConfig(), threads=1
+            robot=self.robot, reference=self.reference, envs=1, config=config or TaskConfig(), threads=1
         )
-        self.metadata = {**self.metadata, "render_fps": round(1.0 / self.task.dt)}
-        self.render_mode, self.random_start = render_mode, random_start
-        self._screen = Screen(model, render_mode)
+        self.random_start = random_start
         self.observation_space = spaces.Box(-np.inf, np.inf, (self.task.actor.size,), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (self.task.actions,), np.float32)
         self._seeded = False

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from robot_models.maths import Progress, silent
 from tracking.config import ObservationNoise, RandomisationConfig, TaskConfig
 from tracking.engines import ENGINES
 from tracking.evaluation.rollouts import Evaluation, evaluate, evaluation_task
@@ -93,7 +94,7 @@ def sweep(
     jobs: int = 1,
     reference: Path | None = None,
     robot: str | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = silent,
 ) -> list[Cell]:
     """Evaluate a bundle under every condition in every engine.
 
@@ -117,8 +118,7 @@ def sweep(
     cells = []
     for cell in done:
         cells.append(cell)
-        if progress is not None:
-            progress(len(cells), len(asked))
+        progress("sweep", len(cells), len(asked))
     order = {pair: i for i, pair in enumerate((c, e) for c in conditions for e in engines)}
     return sorted(cells, key=lambda cell: order[cell.condition, cell.engine])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 
@@ -12,6 +11,7 @@ from numpy import ndarray
 
 from clips import Reference
 from robot_models import RobotModel
+from robot_models.maths import Progress, silent
 from tracking.config import TaskConfig
 from tracking.engines import Engine, MujocoBatch
 from tracking.policy import Policy, Runner
@@ -70,7 +70,7 @@ def evaluate(
     seed: int = 1,
     threads: int = 0,
     engine: Engine = MujocoBatch,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = silent,
 ) -> Evaluation:
     """Roll out the deterministic policy from the dance's first frame, with start and observation noise on.
 
@@ -99,8 +99,7 @@ def evaluate(
             result = play(policy, task)
             tally.add(result, task)
             path.append(task.physics.qpos.copy())
-            if progress is not None:
-                progress(done + 1, steps)
+            progress("rollouts", done + 1, steps)
             if not tally.alive.any():
                 break
     return tally.result(task.dt, steps, np.stack(path))

@@ -2,7 +2,7 @@
 
 from tracking.policy.anchor_chain import anchor_chain
 from tracking.policy.bundle import CONTRACT, GOLDEN, POLICY, REFERENCE, Bundle, check_contract, load_bundle, read_runner
-from tracking.policy.contract import FROM_REFERENCE, Contract, Row, read_contract, write_contract
+from tracking.policy.contract import FROM_REFERENCE, OF_ROBOT, Contract, Row, read_contract, write_contract
 from tracking.policy.feed_forward import joint_targets, target_range
 from tracking.policy.golden_trace import Golden, read_golden, replay, write_golden
 from tracking.policy.observation_terms import row_of
@@ -14,6 +14,7 @@ __all__ = [
     "CONTRACT",
     "FROM_REFERENCE",
     "GOLDEN",
+    "OF_ROBOT",
     "POLICY",
     "REFERENCE",
     "Bundle",

@@ -135,10 +135,9 @@ class Contract:
         return TrackingError(f"{self.source or 'contract'}, {what}", found=found, expected=expected)
 
 
-_ARRAYS = (
-    "default_joint_pos", "kp", "kd", "effort", "velocity", "lower", "upper", "stand_kp", "stand_kd", "action_scale",
-    "target_lower", "target_upper",
-)  # fmt: skip
+OF_ROBOT = ("default_joint_pos", "kp", "kd", "effort", "velocity", "lower", "upper")
+"""Arrays that a robot has under the same names."""
+_ARRAYS = (*OF_ROBOT, "stand_kp", "stand_kd", "action_scale", "target_lower", "target_upper")
 
 
 def write_contract(path: Path, contract: Contract) -> None:

@@ -41,8 +41,8 @@ TERMS: Mapping[str, ObservationTerm] = {
         aliases=("command", "motion_command"),
     ),
     "anchor_orientation": ObservationTerm(
-        meaning="where the reference's anchor is turned to", unit="", size=6, aliases=("motion_anchor_ori_b",),
-        frame="robot anchor: first two columns of the reference anchor",
+        meaning="where the reference's anchor is turned to", unit="", size=6,
+        frame="robot anchor: first two columns of the reference anchor", aliases=("motion_anchor_ori_b",),
     ),
     "anchor_position": ObservationTerm(
         meaning="where the reference's anchor is", unit="m", frame="robot anchor", size=3, measurable=False,

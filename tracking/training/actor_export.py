@@ -21,6 +21,7 @@ from tracking.config import RandomisationConfig
 from tracking.errors import TrackingError
 from tracking.policy import (
     FROM_REFERENCE,
+    OF_ROBOT,
     Contract,
     Golden,
     Policy,
@@ -102,28 +103,19 @@ def record(policy: Policy, like: TrackingTask, reference: Reference, seconds: fl
         robot=like.robot, reference=reference, envs=1, threads=1,
         config=replace(like.config, randomisation=RandomisationConfig(enabled=False)),
     )  # fmt: skip
-    rows: list[tuple[ndarray, ...]] = []
+    rows: list[dict[str, ndarray]] = []
     with closing(task):
         task.reset(np.array([0]), np.array([reference.dance.start]))
         for _ in range(min(round(seconds / task.dt), reference.frames - 2)):
             now, seen = task.measured(noisy=False), task.observe(noisy=False)[0]
             action = policy(seen)
             result = task.step(action)
-            # Copies: a measurement has views of the running state.
-            sensors = (now.quat, now.gyro, now.joint_pos, now.joint_vel)
-            rows.append(tuple(np.array(x[0]) for x in (*sensors, seen, action, task.physics.targets[:, 0])))
+            row = {name: getattr(now, name) for name in ("quat", "gyro", "joint_pos", "joint_vel")}
+            row |= {"observation": seen, "action": action, "target": task.physics.targets[:, 0]}
+            rows.append({name: np.array(value[0]) for name, value in row.items()})  # copies of the running state
             if result.terminated[0]:
                 break
-    quat, gyro, joint_pos, joint_vel, observation, action, target = (np.stack(x) for x in zip(*rows, strict=True))
-    return Golden(
-        quat=quat,
-        gyro=gyro,
-        joint_pos=joint_pos,
-        joint_vel=joint_vel,
-        observation=observation,
-        action=action,
-        target=target,
-    )
+    return Golden(**{name: np.stack([row[name] for row in rows]) for name in rows[0]})
 
 
 def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
@@ -136,14 +128,7 @@ def contract_of(task: TrackingTask, reference_sha256: str) -> Contract:
         robot_hash=robot.hash,
         reference_sha256=reference_sha256,
         control_dt=task.dt,
-        joint_names=robot.joint_names,
-        default_joint_pos=robot.default_joint_pos,
-        kp=robot.kp,
-        kd=robot.kd,
-        effort=robot.effort,
-        velocity=robot.velocity,
-        lower=robot.lower,
-        upper=robot.upper,
+        **{name: getattr(robot, name) for name in ("joint_names", *OF_ROBOT)},
         stand_kp=stand_kp,
         stand_kd=stand_kd,
         action_scale=task.config.action_scale * robot.effort / robot.kp,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from robot_models import RobotModel
+from robot_models.maths import Progress, silent
 from tracking.config import PpoConfig, TrainConfig
 from tracking.engines import training_engine
 from tracking.errors import TrackingError
@@ -26,7 +27,6 @@ from tracking.training.stop_signals import Signals
 
 CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"
 _APART = 10_000  # between the seeds of the processes of a team
-Progress = Callable[[int, int, str], None]  # steps done, steps in all, one line about how it stands
 
 
 @dataclass(kw_only=True)
@@ -49,7 +49,7 @@ def train(
     config: TrainConfig,
     *,
     resume: bool = False,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Run:
     """Train one policy on one or several references until it reaches the target or the budget ends; saves as it goes.
 
@@ -89,7 +89,7 @@ def train(
 
 
 def _learn(
-    run: Run, trainer: Trainer, pieces: Sequence[NamedReference], config: TrainConfig, progress: Progress | None
+    run: Run, trainer: Trainer, pieces: Sequence[NamedReference], config: TrainConfig, progress: Progress
 ) -> None:
     """Iterate and judge until there is a reason to stop."""
     team, sha, began = trainer.team, motion_set_sha256(pieces), time.perf_counter() - run.seconds
@@ -105,8 +105,7 @@ def _learn(
             run.steps += result.steps
             run.seconds = time.perf_counter() - began
             board.iteration(run.steps, result)
-            if progress is not None:
-                progress(run.steps, config.steps, _line(run, result))
+            progress("train", run.steps, config.steps, _line(run, result))
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
                 _judge(run, trainer, pieces, config, board)
             told_to = next(filter(None, team.gather(signals.came)), "")  # any process may be told

@@ -55,7 +55,9 @@ def poses(count):
 @pytest.mark.parametrize(("fps", "every"), [(25.0, 1), (50.0, 1), (60.0, 1), (100.0, 2), (200.0, 4)])
 def test_a_film_plays_in_real_time_at_no_more_frames_than_players_can_take(studio, dancer, tmp_path, fps, every):
     told = []
-    assert write_film(tmp_path / "a.mp4", dancer, poses(21), fps, SIZE, progress=told.append) == 21
+    assert (
+        write_film(tmp_path / "a.mp4", dancer, poses(21), fps, SIZE, progress=lambda *what: told.append(what[1])) == 21
+    )
     assert [q[0] for q, _ in studio.drawn] == list(range(0, 21, every))
     assert all((ghost is None) == bool(q[0] % 2) and (ghost is None or ghost[0] == -q[0]) for q, ghost in studio.drawn)
     assert studio.options["fps"] == pytest.approx(fps / every) and studio.options["fps"] <= 60.0

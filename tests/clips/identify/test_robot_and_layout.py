@@ -110,7 +110,7 @@ def test_the_quaternion_order_is_found_wherever_the_robot_stands_and_whichever_w
 def test_what_a_format_says_is_believed_and_what_is_only_its_custom_may_be_overruled(g1, sway):
     crossed = rot.to_quat_xyzw(sway[:, 3:7])
     assert found(read(g1, sway, quat=crossed, order="xyzw"), "quaternion order").confidence == "stated"
-    assert found(read(g1, sway, quat=crossed, order="wxyz?"), "quaternion order").value == "xyzw"
+    assert found(read(g1, sway, quat=crossed, customary_order="wxyz"), "quaternion order").value == "xyzw"
     stated = read(g1, sway, quat=crossed, order="wxyz", options=ReadOptions(quat_order="xyzw"))  # the user above all
     assert rot.angle_between(stated.root_quat, sway[:, 3:7]).max() < 1e-7
     # Scalar last read as scalar first: who faces back at half a turn is laid on the head.

@@ -45,7 +45,7 @@ def test_every_frame_is_sent_once_and_in_order_and_progress_is_told_after_each(w
         seen.append((targets.pelvis_pos[0].tolist(), near[0]))
         return np.full(dancer.nq, float(len(seen)))
 
-    out = follow(stub, walk.at(np.arange(6)), posture, progress=lambda done, total: told.append((done, total)))
+    out = follow(stub, walk.at(np.arange(6)), posture, progress=lambda stage, done, total: told.append((done, total)))
     assert seen == [(walk.pelvis_pos[t].tolist(), float(t)) for t in range(6)]
     assert told == [(t, 6) for t in range(1, 7)]
     np.testing.assert_array_equal(out[:, 0], np.arange(1.0, 7.0))

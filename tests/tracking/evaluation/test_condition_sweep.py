@@ -86,7 +86,12 @@ def test_cells_stand_in_the_order_asked_for_and_every_one_is_told(monkeypatch):
     monkeypatch.setattr(module, "evaluate", judge)
     names, engines = ("mass 1.2", "nominal", "delay 10 ms"), ("mujoco", "physx-motor")
     cells = sweep(
-        Path("x"), engines, conditions=names, rollouts=7, seed=3, progress=lambda done, of: told.append((done, of))
+        Path("x"),
+        engines,
+        conditions=names,
+        rollouts=7,
+        seed=3,
+        progress=lambda stage, done, of: told.append((done, of)),
     )
     assert [(c.condition, c.engine) for c in cells] == [(c, e) for c in names for e in engines]
     assert told == [(k, 6) for k in range(1, 7)]

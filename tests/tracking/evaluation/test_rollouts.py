@@ -10,6 +10,7 @@ from scipy import stats
 
 import tracking
 from clips import load_reference
+from robot_models.maths import silent
 from tracking.config import RandomisationConfig, StartNoise, TaskConfig
 from tracking.evaluation.rollouts import IN_PLACE, _Tally, evaluate, evaluation_task, play, wilson
 from tracking.task.tracking_errors import TrackingErrors
@@ -141,7 +142,7 @@ def test_the_seed_decides_an_evaluation_and_progress_is_told_to_its_end(dancer, 
     task = evaluation_task(dataclasses.replace(TaskConfig(), start_noise=StartNoise(scale=2.0)))  # they fall soon
     runs = [
         evaluate(still, dancer, reference, task, rollouts=2, seed=seed, threads=1, progress=p)
-        for seed, p in ((5, lambda done, steps: told.append((done, steps))), (5, None), (6, None))
+        for seed, p in ((5, lambda stage, done, steps: told.append((done, steps))), (5, silent), (6, silent))
     ]
     assert runs[0].as_dict() == runs[1].as_dict() != runs[2].as_dict()
     assert [d for d, _ in told] == list(range(1, len(told) + 1)) and {s for _, s in told} == {500}
