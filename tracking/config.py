@@ -86,6 +86,8 @@ class StartConfig(_Checked):
     failed: float = 0.5  # share that begins shortly before a frame where a robot failed
     before: float = 1.0  # how long before it, at most [s]
     remembered: int = 1000  # failures
+    # How much less or more often than by its length a reference of several is practised, by how often robots fail in it.
+    favour: tuple[float, float] = _range(0.3, 3.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,6 +175,50 @@ class PpoConfig(_Checked):
     max_grad_norm: float = 1.0
     initial_std: float = 0.3
     std_range: tuple[float, float] = _range(0.05, 1.0)
+    episode_s: float = float("inf")  # longest episode of a training; beyond it returns are the critic's word [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ramp(_Checked):
+    """A number that goes from one value to another while a training goes on, in equal factors."""
+
+    first: float
+    last: float
+    until: float  # control steps
+    since: float = 0.0
+
+    def at(self, steps: float) -> float:
+        """The value after so many control steps."""
+        part = min(1.0, max(0.0, (steps - self.since) / max(1.0, self.until - self.since)))
+        return float(self.first ** (1.0 - part) * self.last**part)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TeacherConfig(_Checked):
+    """A teacher: a network that sees everything, and learns to follow any reference of its robot.
+
+    The sizes of updates follow this schedule whatever finishes: smaller than their noise in the end, since rollouts of
+    hard dances end early for a long time (docs/training.md).
+    """
+
+    envs: int = 512
+    critic_hidden: tuple[int, ...] = (256, 128)
+    physics_dt: float = 0.01  # half the price of 5 ms; what is learnt at it stands as well at 5 ms [s]
+    kl: Ramp = field(default_factory=lambda: Ramp(first=0.18, last=0.01, until=12e6))
+    lam: Ramp = field(default_factory=lambda: Ramp(first=0.85, last=0.7, until=12e6))
+    std: Ramp = field(default_factory=lambda: Ramp(first=0.3, last=0.12, until=12e6))
+    std_slack: float = 1.2  # largest factor between the actor's deviation and the schedule's
+    entropy_until: float = 3e6  # control steps
+    disturbed: tuple[float, float] = _range(4e6, 9e6)  # while start noise, delays and pushes grow from nothing
+    ppo: PpoConfig = field(
+        default_factory=lambda: PpoConfig(epochs=2, minibatches=4, episode_s=5.0, hidden=(512, 256), lam=0.85)
+    )
+    starts: StartConfig = field(default_factory=lambda: StartConfig(opening=0.1, failed=0.45))
+
+    def disturbance(self, steps: float) -> float:
+        """How much of the start noise, the delays and the pushes there is after so many control steps."""
+        since, until = self.disturbed
+        return min(1.0, max(0.0, (steps - since) / max(1.0, until - since)))
 
 
 @dataclass(frozen=True, kw_only=True)

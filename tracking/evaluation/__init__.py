@@ -4,16 +4,19 @@ from tracking.evaluation.condition_sweep import Cell, by_condition, sweep
 from tracking.evaluation.pose_stream import PoseStream, stream_policy, stream_reference
 from tracking.evaluation.reference_check import ReferenceCheck, check_reference
 from tracking.evaluation.rollouts import Evaluation, evaluate, evaluation_task, play, start
+from tracking.evaluation.standing import Standing, judge_standing
 
 __all__ = [
     "Cell",
     "Evaluation",
     "PoseStream",
     "ReferenceCheck",
+    "Standing",
     "by_condition",
     "check_reference",
     "evaluate",
     "evaluation_task",
+    "judge_standing",
     "play",
     "start",
     "stream_policy",

@@ -5,7 +5,7 @@ from tracking.policy.bundle import CONTRACT, GOLDEN, POLICY, REFERENCE, Bundle, 
 from tracking.policy.contract import FROM_REFERENCE, OF_ROBOT, Contract, Row, read_contract, write_contract
 from tracking.policy.feed_forward import joint_targets, target_range
 from tracking.policy.golden_trace import Golden, read_golden, replay, write_golden
-from tracking.policy.observation_terms import row_of
+from tracking.policy.observation_terms import TERMS, row_of
 from tracking.policy.policy_export import write_beyondmimic, write_unitree
 from tracking.policy.runner import Measurement, Motion, Policy, Runner, motion_of, onnx_policy
 from tracking.policy.standing_gains import standing_gains
@@ -17,6 +17,7 @@ __all__ = [
     "OF_ROBOT",
     "POLICY",
     "REFERENCE",
+    "TERMS",
     "Bundle",
     "Contract",
     "Golden",

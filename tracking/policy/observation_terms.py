@@ -20,6 +20,7 @@ class ObservationTerm:
     per_body: int = 0  # of the tracked bodies
     measurable: bool = True  # whether a robot has a sensor for it
     aliases: tuple[str, ...] = ()  # the field's names: Isaac Lab's, BeyondMimic's, Unitree's
+    reflection: str = "joints"  # what it is in a mirror: joints, bodies, a polar or axial vector, two columns, a scalar
 
     def numbers(self, joints: int, bodies: int = 0) -> int:
         """How many numbers it is for a policy of so many joints."""
@@ -42,24 +43,25 @@ TERMS: Mapping[str, ObservationTerm] = {
     ),
     "anchor_orientation": ObservationTerm(
         meaning="where the reference's anchor is turned to", unit="", size=6,
-        frame="robot anchor: first two columns of the reference anchor", aliases=("motion_anchor_ori_b",),
+        frame="robot anchor: first two columns of the reference anchor", aliases=("motion_anchor_ori_b",), reflection="columns",
     ),
     "anchor_position": ObservationTerm(
         meaning="where the reference's anchor is", unit="m", frame="robot anchor", size=3, measurable=False,
-        aliases=("motion_anchor_pos_b",),
+        aliases=("motion_anchor_pos_b",), reflection="polar",
     ),
     "last_action": ObservationTerm(
         meaning="the policy's last output", unit="", frame="joint", per_joint=1, aliases=("actions", "last_action"),
     ),
     "gyro": ObservationTerm(
         meaning="angular velocity of the root", unit="rad/s", frame="root body", size=3, aliases=("base_ang_vel",),
+        reflection="axial",
     ),
     "gravity": ObservationTerm(
-        meaning="direction of gravity", unit="", frame="root body", size=3, aliases=("projected_gravity",),
+        meaning="direction of gravity", unit="", frame="root body", size=3, aliases=("projected_gravity",), reflection="polar",
     ),
     "root_lin_vel": ObservationTerm(
         meaning="linear velocity of the root", unit="m/s", frame="root body", size=3, measurable=False,
-        aliases=("base_lin_vel",),
+        aliases=("base_lin_vel",), reflection="polar",
     ),
     "joint_pos": ObservationTerm(
         meaning="encoders", unit="rad", frame="joint, off the default pose", per_joint=1, aliases=("joint_pos", "joint_pos_rel"),
@@ -68,10 +70,24 @@ TERMS: Mapping[str, ObservationTerm] = {
         meaning="encoders' velocities", unit="rad/s", frame="joint", per_joint=1, aliases=("joint_vel", "joint_vel_rel"),
     ),
     "body_pos": ObservationTerm(
-        meaning="where the tracked bodies are", unit="m", frame="robot anchor", per_body=3, measurable=False,
+        meaning="where the tracked bodies are", unit="m", frame="robot anchor", per_body=3, measurable=False, reflection="bodies",
+    ),
+    "height_error": ObservationTerm(
+        meaning="how far the reference's anchor is above the robot's", unit="m", frame="world, z", size=1, measurable=False,
+        reflection="scalar",
+    ),
+    "reference_body_pos": ObservationTerm(
+        meaning="where the reference's tracked bodies are", unit="m", frame="reference anchor", per_body=3, reflection="bodies",
+    ),
+    "reference_anchor_vel": ObservationTerm(
+        meaning="linear velocity of the reference's anchor", unit="m/s", frame="reference anchor", size=3, reflection="polar",
+    ),
+    "reference_anchor_height": ObservationTerm(
+        meaning="height of the reference's anchor", unit="m", frame="world, z", size=1, reflection="scalar",
     ),
     "phase": ObservationTerm(
         meaning="how much of the reference has passed", unit="share of the clip", frame="", size=1, measurable=False,
+        reflection="scalar",
     ),
 }  # fmt: skip
 KIND_OF = {alias: kind for kind, term in TERMS.items() for alias in term.aliases}

@@ -11,13 +11,16 @@ from tracking.task.motion_set import (
 )
 from tracking.task.randomisation import draw_robots
 from tracking.task.rewards import beyond_soft_limits, reward_terms
+from tracking.task.symmetry import Reflection, Symmetry, symmetry_of
 from tracking.task.tracking_errors import compare
 from tracking.task.tracking_task import StepResult, TrackingTask
 
 __all__ = [
     "NamedReference",
+    "Reflection",
     "Selection",
     "StepResult",
+    "Symmetry",
     "TrackingTask",
     "beyond_soft_limits",
     "bundle_folder",
@@ -28,4 +31,5 @@ __all__ = [
     "read_named_reference",
     "reward_terms",
     "select_references",
+    "symmetry_of",
 ]

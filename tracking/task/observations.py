@@ -75,6 +75,13 @@ class ObservationTable:
             at += row.size
         return out
 
+    def some(self, task_state: TaskState, name: str) -> Float[Array, "N size"]:
+        """One term alone in float32, without noise."""
+        at = [row.name for row in self.rows].index(name)
+        value = self.rows[at].scale * self.computes[at](task_state)
+        xp = array_namespace(value)
+        return xp.asarray(value, dtype=xp.float32)
+
     def disturbed(self, values: Float[Array, "N size"], rng: Rng) -> Float[Array, "N size"]:
         """Values as sensors would give them."""
         noisy, width = self._noise
@@ -117,12 +124,28 @@ def actor_table(
 def privileged_table(tables: ReferenceTables) -> ObservationTable:
     """What only a simulator knows: the critic sees it beside everything that the actor sees, noise left away."""
     k = len(tables.bodies)
-    terms: tuple[tuple[Row, Compute], ...] = (
+    return _table(
         (row_of("anchor_position", 0), lambda s: _anchor_position(s, tables)),
-        (row_of("root_lin_vel", 0), lambda s: rot.rotate(rot.conjugate(s.qpos[0, :, 3:7]), s.qvel[0, :, :3])),
+        (row_of("root_lin_vel", 0), _root_velocity),
         (row_of("body_pos", 0, bodies=k), lambda s: _body_positions(s, tables)),
         (row_of("phase", 0), lambda s: _phase(s, tables)),
     )
+
+
+def teacher_table(tables: ReferenceTables) -> ObservationTable:
+    """What a teacher sees beside everything that the actor sees: enough to know the robot's state without a history."""
+    k, ahead = len(tables.bodies), tables.in_anchor()
+    return _table(
+        (row_of("root_lin_vel", 0), _root_velocity),
+        (row_of("body_pos", 0, bodies=k), lambda s: _body_positions(s, tables)),
+        (row_of("height_error", 0), lambda s: _height_error(s, tables)),
+        (row_of("reference_body_pos", 0, at=1, bodies=k), partial(_ahead, tables, ahead.pos, 1)),
+        (row_of("reference_anchor_vel", 0, at=1), partial(_ahead, tables, ahead.lin_vel, 1)),
+        (row_of("reference_anchor_height", 0, at=1), partial(_ahead, tables, ahead.height, 1)),
+    )
+
+
+def _table(*terms: tuple[Row, Compute]) -> ObservationTable:
     rows, computes = zip(*terms, strict=True)
     return ObservationTable(rows=rows, computes=computes)
 
@@ -152,6 +175,15 @@ def _anchor_orientation(s: TaskState, tables: ReferenceTables) -> Array:
     wanted = rot.multiply(s.heading, tables.quat[s.frame, tables.anchor])
     matrix = rot.to_matrix(rot.multiply(rot.conjugate(robot), wanted))
     return matrix[..., :2].reshape(len(robot), 6)
+
+
+def _root_velocity(s: TaskState) -> Array:
+    return rot.rotate(rot.conjugate(s.qpos[0, :, 3:7]), s.qvel[0, :, :3])
+
+
+def _height_error(s: TaskState, tables: ReferenceTables) -> Array:
+    a = tables.anchor
+    return (tables.pos[s.frame, a, 2] - s.states.pos[:, a, 2])[:, None]
 
 
 def _phase(s: TaskState, tables: ReferenceTables) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models.maths import Array, array_namespace
@@ -13,12 +13,16 @@ from tracking.config import StartConfig
 from tracking.engines import Rng
 from tracking.task.tracking_errors import ReferenceTables
 
+_PER_REFERENCE = 50  # failures remembered, at least
+_FADE = 0.999  # per control step, of the memory of where robots have been
+
 
 class ResetSampler:
     """Draws start frames, and learns from failures which ones need practice.
 
     A failure counts for the second before it, because that is where it was brought about. Nothing is binned: a start is
-    a remembered failure less a random part of that second. Of several references the harder ones fill the memory.
+    a remembered failure less a random part of that second. Of several references those in which robots fail more often
+    per step are practised more, within `StartConfig.favour` of their share by length.
     """
 
     def __init__(
@@ -49,12 +53,20 @@ class ResetSampler:
         )
         self._anywhere, self._before = to_device(np.concatenate(anywhere)), config.before / dt
         self._shares = np.cumsum((config.opening, config.failed))
-        self._remembered = config.remembered
+        lengths = tables.last[tables.openings] - tables.first[tables.openings] + 1
+        self._which = to_device(np.repeat(np.arange(len(lengths)), lengths))  # reference of every frame
+        self._lengths, self._favour = to_device(lengths.astype(float)), config.favour
+        self._remembered = max(config.remembered, _PER_REFERENCE * len(lengths))
+        self.visits: Float[Array, "R"] = to_device(np.zeros(len(lengths)))  # steps taken in each reference of late
         self.failures: Int[Array, "k"] = to_device(np.empty(0, dtype=int))  # frames of the last ones, the newest last
 
-    def record_failures(self, frames: Int[Array, "n"]) -> None:
-        """Remember where robots failed; the oldest failures are forgotten."""
-        self.failures = array_namespace(frames).concat((self.failures, frames))[-self._remembered :]
+    def record(self, frames: Int[Array, "N"], failed: Int[Array, "n"]) -> None:
+        """Remember where robots are, and where some failed; the oldest failures are forgotten."""
+        xp = array_namespace(frames)
+        self.failures = xp.concat((self.failures, failed))[-self._remembered :]
+        if len(self._lengths) > 1:
+            steps = xp.bincount(self._which[frames], minlength=len(self._lengths))
+            self.visits = _FADE * self.visits + (1.0 - _FADE) * steps
 
     def draw(self, count: int, rng: Rng) -> Int[Array, "count"]:
         """Start frames of so many episodes."""
@@ -62,10 +74,23 @@ class ResetSampler:
         xp = array_namespace(kind)
         start = self._anywhere[rng.integers(0, len(self._anywhere), size=count)]
         if len(self.failures):
-            failed = self.failures[rng.integers(0, len(self.failures), size=count)]
+            failed = self.failures[self._practised(rng.random(count))]
             before = xp.asarray(xp.floor(failed - rng.uniform(0.0, self._before, size=count)), dtype=xp.int64)
             before = xp.maximum(before, self._first[failed])
             start = xp.where(kind < self._shares[1], before, start)
         opening = self._openings[rng.integers(0, len(self._openings), size=count)]
         start = xp.where(kind < self._shares[0], opening, start)
         return xp.minimum(start, self._latest[start])
+
+    def _practised(self, drawn: Float[Array, "n"]) -> Int[Array, "n"]:
+        """Which remembered failures to practise, by numbers drawn from [0, 1)."""
+        xp = array_namespace(drawn)
+        if len(self._lengths) == 1:
+            return xp.asarray(drawn * len(self.failures), dtype=xp.int64)
+        reference = self._which[self.failures]
+        count = xp.bincount(reference, minlength=len(self._lengths))
+        rate = count / xp.clip(self.visits, 1e-3, None)
+        rate = rate / xp.clip((rate * self._lengths).sum() / self._lengths.sum(), 1e-9, None)
+        share = self._lengths * xp.clip(rate, *self._favour) / xp.clip(count, 1, None)
+        summed = xp.cumsum(share[reference], 0)
+        return xp.clip(xp.searchsorted(summed, drawn * summed[-1]), 0, len(self.failures) - 1)

@@ -34,6 +34,15 @@ class TrackingErrors:
     body_ang_vel: Float[Array, "N K 3"]  # world frame [rad/s]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class InAnchor:
+    """A reference by frame, in its anchor's frame."""
+
+    pos: Float[Array, "T K"]  # three numbers per tracked body, from the anchor [m]
+    lin_vel: Float[Array, "T 3"]  # of the anchor [m/s]
+    height: Float[Array, "T 1"]  # of the anchor over the floor [m]
+
+
 class ReferenceTables:
     """The tracked bodies of one or several references by frame, in arrays made for look-ups.
 
@@ -66,6 +75,16 @@ class ReferenceTables:
     def ahead(self, frame: Int[Array, "N"], frames: int) -> Int[Array, "N"]:
         """Places so many frames on; the last frame of a reference holds beyond its end."""
         return array_namespace(frame).minimum(frame + frames, self.last[frame])
+
+    def in_anchor(self) -> InAnchor:
+        """What the reference's bodies do, seen from its anchor."""
+        to_anchor = rot.conjugate(self.quat[:, self.anchor])
+        away = self.pos - self.pos[:, self.anchor, None]
+        return InAnchor(
+            pos=rot.rotate(to_anchor[:, None], away).reshape(self.frames, -1),
+            lin_vel=rot.rotate(to_anchor, self.lin_vel[:, self.anchor]),
+            height=self.pos[:, self.anchor, 2:],
+        )
 
     def on(self, to_device: Callable[[ndarray], Array]) -> ReferenceTables:
         """The same tables in other memory."""

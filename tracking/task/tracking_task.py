@@ -18,7 +18,7 @@ from robot_models.maths import rotation as rot
 from tracking.config import TaskConfig
 from tracking.engines import Engine, MujocoBatch
 from tracking.policy import Measurement, joint_targets, target_range
-from tracking.task.observations import TaskState, actor_table, privileged_table
+from tracking.task.observations import TaskState, actor_table, privileged_table, teacher_table
 from tracking.task.randomisation import Pushes, draw_robots
 from tracking.task.resets import ResetSampler
 from tracking.task.rewards import beyond_soft_limits, reward_terms
@@ -75,7 +75,7 @@ class TrackingTask:
         self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng, to_device)
         self.starts = ResetSampler(tables, self.dt, c.starts, self.weights or [1.0] * len(references), to_device)
         self.actor = actor_table(robot, self.tables, c.observation_noise, c.look_ahead, c.look_back, to_device)
-        self.privileged = privileged_table(self.tables)
+        self.privileged, self.teacher = privileged_table(self.tables), teacher_table(self.tables)
         self.frame = to_device(np.zeros(self.envs, dtype=int))
         self.last_action = to_device(np.zeros((self.envs, self.actions)))
         # States at the ends of the last control periods, the present one first.
@@ -85,6 +85,7 @@ class TrackingTask:
         noise, joints = c.start_noise, np.ones(self.actions)
         widths = (noise.position, noise.orientation, noise.joint_position * joints, noise.linear_velocity)
         self._disturbance = [to_device(noise.scale * np.array(w)) for w in (*widths, noise.angular_velocity)]
+        self._start_noise = 1.0
         self.reset(to_device(np.arange(self.envs)))
 
     @property
@@ -137,7 +138,7 @@ class TrackingTask:
         causes = failures(errors, self.tables, self.config.terminations)
         causes["diverged"] = diverged
         terminated = reduce(or_, causes.values())
-        self.starts.record_failures(self.frame[terminated])
+        self.starts.record(self.frame, self.frame[terminated])
         self.last_action = action + 0.0
         # Scaled by dt, so that returns are in reward-seconds and do not grow with the control rate.
         reward = sum(terms.values()) * self.dt
@@ -152,10 +153,15 @@ class TrackingTask:
 
     def advance_curriculum(self, progress: float) -> None:
         """Set delays and pushes to what they shall be at this share of the training budget."""
+        grow_over = self.config.randomisation.grow_over
+        self.disturb(min(1.0, progress / grow_over) if grow_over > 0.0 else 1.0)
+
+    def disturb(self, part: float, start_noise: float = 1.0) -> None:
+        """Set delays and pushes to a part of what they are in full, and the noise of starts to another."""
         draw = self.config.randomisation
-        part = min(1.0, progress / draw.grow_over) if draw.grow_over > 0.0 else 1.0
         self.physics.set_delay(part * self.delay)
         self.pushes.strength = part if draw.enabled and draw.pushes else 0.0
+        self._start_noise = start_noise
 
     def observe(self, *, noisy: bool = True) -> tuple[Float[Array, "N A"], Float[Array, "N C"]]:
         """Observations of actor (with noise) and critic (without), both of the present state."""
@@ -163,6 +169,12 @@ class TrackingTask:
         seen = self.actor.values(s)
         critic = array_namespace(seen).concat((seen, self.privileged.values(s)), axis=1)
         return self.actor.disturbed(seen, self.rng) if noisy else seen, critic
+
+    def observe_all(self) -> tuple[Float[Array, "N T"], Float[Array, "N 3"]]:
+        """What a teacher sees of the present state, without noise, and what its critic sees besides."""
+        s = self.task_state()
+        seen = (self.actor.values(s), self.teacher.values(s))
+        return array_namespace(seen[0]).concat(seen, axis=1), self.privileged.some(s, "anchor_position")
 
     def measured(self, *, noisy: bool = True) -> Measurement:
         """What the robots' sensors tell of the present state."""
@@ -200,7 +212,7 @@ class TrackingTask:
 
     def _disturbed(self, start: Int[Array, "n"]) -> tuple[Array, Array]:
         def draw(width: Array) -> Array:
-            return width * self.rng.uniform(-1.0, 1.0, size=(len(start), len(width)))
+            return self._start_noise * width * self.rng.uniform(-1.0, 1.0, size=(len(start), len(width)))
 
         position, orientation, joints, linear, angular = map(draw, self._disturbance)
         qpos, qvel = self.tables.qpos[start], self.tables.qvel[start]  # copies
@@ -220,6 +232,7 @@ class TrackingTask:
             "past": self.past,
             "pushes": self.pushes.wait,
             "failures": self.starts.failures,
+            "visits": self.starts.visits,
             "frame": self.frame,
             "last_action": self.last_action,
             "heading": self.heading,
@@ -231,7 +244,7 @@ class TrackingTask:
         kept = {name: self.physics.to_device(value.copy()) for name, value in state.items() if name != "rng"}
         self.physics.state[:], self.physics.targets[:] = kept["physics"], kept["commands"]
         self.past[:], self.pushes.wait[:] = kept["past"], kept["pushes"]
-        self.starts.failures = kept["failures"]
+        self.starts.failures, self.starts.visits = kept["failures"], kept["visits"]
         self.frame, self.last_action, self.heading = kept["frame"], kept["last_action"], kept["heading"]
         self.rng.bit_generator.state = state["rng"]
         self.sensors.read(self.physics.state)

@@ -6,6 +6,7 @@ The library's runner prints to the console and inspects git repositories; its al
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +23,7 @@ from tracking.task import StepResult, TrackingTask
 from tracking.training.distributed import Team
 
 Actor = Any  # rsl_rl.models.MLPModel
+_DIVERGENCE_STEPS = 6  # of a batch from which the divergence is measured: all of them tell the same
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,10 +49,11 @@ class Trainer:
         self.task, self.config, self.team = task, config, team or Team()
         torch.manual_seed(seed)
         torch.set_num_threads(self.team.threads(threads))
-        self.algorithm = _make_algorithm(self._observe(), task, config, self.team)
+        self.algorithm = self._make_algorithm()
         if self.team.size > 1:
             self.algorithm.broadcast_parameters()
             torch.manual_seed(seed + self.team.rank)  # one network, but everyone explores with noise of their own
+        self.std_range = config.std_range
         self.age = task.physics.to_device(np.zeros(task.envs))  # control steps since each robot's reset
 
     @property
@@ -71,7 +74,8 @@ class Trainer:
             for _ in range(self.config.steps_per_env):
                 result = self.task.step(self._as_the_task_has_it(self.algorithm.act(observation)))
                 self.age += 1
-                done = xp.where(result.terminated | result.truncated)[0]
+                truncated = result.truncated | (~result.terminated & (self.age * self.task.dt >= self.config.episode_s))
+                done = xp.where(result.terminated | truncated)[0]
                 ended.append(self.age[done])
                 for name, value in result.terms.items():
                     terms[name] = terms.get(name, 0.0) + value.mean()
@@ -80,7 +84,7 @@ class Trainer:
                 self.task.reset(done)
                 self.age[done] = 0
                 observation = self._observe()
-                self._record(observation, result)
+                self._record(observation, result, truncated)
             self.algorithm.compute_returns(observation)
         losses = self.algorithm.update()
         divergence = self._divergence()
@@ -107,20 +111,21 @@ class Trainer:
         groups = {"policy": torch.as_tensor(actor), "critic": torch.as_tensor(critic)}
         return TensorDict(groups, batch_size=[self.task.envs], device=self.task.physics.device)
 
-    def _record(self, observation: TensorDict, result: StepResult) -> None:
+    def _record(self, observation: TensorDict, result: StepResult, truncated: Array) -> None:
         self.algorithm.process_env_step(
             observation,
             torch.as_tensor(result.reward, dtype=torch.float32),
-            torch.as_tensor(result.terminated | result.truncated),
-            {"time_outs": torch.as_tensor(result.truncated)},
+            torch.as_tensor(result.terminated | truncated),
+            {"time_outs": torch.as_tensor(truncated)},
         )
 
     def _divergence(self) -> float:
-        """KL divergence of the policy before the update from the one after it, mean over the batch."""
+        """KL divergence of the policy before the update from the one after it, mean over some steps of the batch."""
         storage, actor = self.algorithm.storage, self.algorithm.actor
-        before = tuple(p.flatten(0, 1) for p in storage.distribution_params)
+        some = slice(0, None, max(1, storage.num_transitions_per_env // _DIVERGENCE_STEPS))
+        before = tuple(p[some].flatten(0, 1) for p in storage.distribution_params)
         with torch.inference_mode():
-            actor(storage.observations.flatten(0, 1), stochastic_output=True)
+            actor(storage.observations[some].flatten(0, 1), stochastic_output=True)
             divergence = float(actor.get_kl_divergence(before, actor.output_distribution_params).mean())
         return self.team.mean(divergence)
 
@@ -134,20 +139,45 @@ class Trainer:
         for group in self.algorithm.optimizer.param_groups:
             group["lr"] = self.algorithm.learning_rate
 
+    def _make_algorithm(self) -> Any:
+        return make_algorithm(self._observe(), self.task, self.config, self.team)
+
     def _keep_exploring(self) -> None:
         """Hold log-std inside its range: the library clamps it on use, where a parameter outside gets no gradient."""
-        low, high = self.config.std_range
+        low, high = self.std_range
         with torch.no_grad():
             self.algorithm.actor.distribution.log_std_param.clamp_(np.log(low), np.log(high))
 
 
-def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig, team: Team) -> Any:
+def make_algorithm(
+    observation: TensorDict,
+    task: TrackingTask,
+    c: PpoConfig,
+    team: Team,
+    *,
+    make_actor: Callable[..., Any] | None = None,
+    make_critic: Callable[..., Any] | None = None,
+    critic_sees: Sequence[str] = ("critic",),
+    critic_hidden: Sequence[int] | None = None,
+) -> Any:
+    """The library's algorithm on networks for the groups of an observation.
+
+    Args:
+        observation: groups of numbers; the actor sees "policy".
+        task: gives the device and the number of actions.
+        c: all numbers.
+        team: the processes that learn together.
+        make_actor: called as rsl-rl's `MLPModel`, which is the default.
+        make_critic: the same.
+        critic_sees: groups that the critic sees.
+        critic_hidden: layers of the critic; by default the actor's.
+    """
     from rsl_rl.algorithms import PPO
     from rsl_rl.models import MLPModel
     from rsl_rl.storage import RolloutStorage
 
-    groups = {"actor": ["policy"], "critic": ["critic"]}
-    net = {"hidden_dims": list(c.hidden), "activation": "elu", "obs_normalization": True}
+    groups = {"actor": ["policy"], "critic": list(critic_sees)}
+    net = {"activation": "elu", "obs_normalization": True}
     noise = {
         "class_name": "rsl_rl.modules:GaussianDistribution",
         "init_std": c.initial_std,
@@ -155,8 +185,12 @@ def _make_algorithm(observation: TensorDict, task: TrackingTask, c: PpoConfig, t
         "std_range": c.std_range,
         "learn_std": True,
     }
-    actor = MLPModel(observation, groups, "actor", task.actions, distribution_cfg=noise, **net).to(task.physics.device)
-    critic = MLPModel(observation, groups, "critic", 1, **net).to(task.physics.device)
+    actor = (make_actor or MLPModel)(
+        observation, groups, "actor", task.actions, distribution_cfg=noise, hidden_dims=list(c.hidden), **net
+    ).to(task.physics.device)
+    critic = (make_critic or MLPModel)(
+        observation, groups, "critic", 1, hidden_dims=list(critic_hidden or c.hidden), **net
+    ).to(task.physics.device)
     with torch.no_grad():
         # Start from the prior: the first policy asks for the reference itself.
         last = [m for m in actor.modules() if isinstance(m, torch.nn.Linear)][-1]

@@ -9,8 +9,9 @@ from tracking.policy.runner import MEASURES
 
 
 def test_the_runner_computes_every_term_that_an_actor_may_see_and_no_other():
-    only_simulated = {"body_pos", "phase"}  # of the critic alone
-    assert set(MEASURES) == set(TERMS) - only_simulated
+    only_simulated = {"body_pos", "phase", "height_error"}  # of critics and teachers
+    of_teachers = {"reference_body_pos", "reference_anchor_vel", "reference_anchor_height"}
+    assert set(MEASURES) == set(TERMS) - only_simulated - of_teachers
     assert all(not TERMS[kind].measurable for kind in only_simulated)
 
 

@@ -1,0 +1,108 @@
+"""Train a robot's teacher on a folder of references: python scripts/train_tracker.py FOLDER --ref DATA --kept-out NAME ...
+
+Goes on where FOLDER/teacher.pt stands, judges on references that it does not learn from, keeps a table. Nice to run in the
+background: one core, and it can be stopped and started at any time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from clips import MetricKey
+from robot_models import load_robot
+from tracking.config import TaskConfig, TeacherConfig
+from tracking.evaluation import Standing, evaluation_task, judge_standing
+from tracking.task import NamedReference, TrackingTask, read_named_reference
+from tracking.training.teacher import TeacherTrainer, teacher_actions, teaching_task
+from tracking.training.teacher_file import load_teacher, restore_teacher, save_teacher
+
+MOST_IMPOSSIBLE = 30.0  # per cent of frames that physics does not allow, beyond which a reference teaches nothing
+
+
+def main() -> None:
+    """Read, train until told to stop, judge and save on the way."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--robot", default="g1")
+    parser.add_argument("--ref", type=Path, nargs="+", required=True, help="folders of references, or references")
+    parser.add_argument("--kept-out", nargs="*", default=[], help="names that are judged on and not learnt from")
+    parser.add_argument("--judge", type=Path, nargs="*", default=[], help="further references to judge on")
+    parser.add_argument("--hours", type=float, default=1e9)
+    parser.add_argument("--every", type=int, default=1_000_000, help="control steps between judgements")
+    args = parser.parse_args()
+    args.folder.mkdir(parents=True, exist_ok=True)
+    learnt, kept = _references(args.ref, args.kept_out)
+    kept += [read_named_reference(p) for p in args.judge]
+    robot, config, file = load_robot(args.robot), TeacherConfig(), args.folder / "teacher.pt"
+    task = teaching_task(robot, [p.reference for p in learnt], config, seed=int(time.time()) % 10_000)
+    with closing(task):
+        trainer, steps = TeacherTrainer(task, config, 0), 0
+        if file.exists():
+            teacher = load_teacher(file)
+            restore_teacher(trainer, teacher, robot)
+            steps = teacher.steps
+        minutes = sum(p.reference.duration_s for p in learnt) / 60.0
+        print(f"{len(learnt)} references, {minutes:.1f} min; {len(kept)} kept out; at {steps} steps", flush=True)
+        began, before, failed, since = time.time(), steps, 0, steps
+        while time.time() - began < 3600.0 * args.hours:
+            result = trainer.iterate_at(steps)
+            steps += result.steps
+            failed += sum(result.causes.values())
+            if steps // args.every > (steps - result.steps) // args.every:
+                save_teacher(file, trainer, steps)
+                rate = (steps - before) / (time.time() - began)
+                row = {"steps": steps, "failures_per_s": failed / ((steps - since) * task.dt), "steps_per_s": rate}
+                some = learnt[:: max(1, len(learnt) // 12)]
+                row |= _told("learnt", _judge(trainer, some)) | _told("kept", _judge(trainer, kept))
+                _append(args.folder / "curve.csv", row)
+                failed, since = 0, steps
+
+
+def _references(paths: list[Path], kept_out: list[str]) -> tuple[list[NamedReference], list[NamedReference]]:
+    files = [f for p in paths for f in (sorted(p.glob("*.npz")) if p.is_dir() else [p])]
+    learnt, kept = [], []
+    for file in files:
+        piece = read_named_reference(file)
+        impossible = piece.reference.report.get(MetricKey.IMPOSSIBLE_FRAMES, {"value": 0.0})["value"]
+        if impossible > MOST_IMPOSSIBLE:
+            print(f"left out: {piece.name}, {impossible:.0f} % of its frames are impossible")
+            continue
+        (kept if any(name in piece.name for name in kept_out) else learnt).append(piece)
+    return learnt, kept
+
+
+def _judge(trainer: TeacherTrainer, references: list[NamedReference]) -> list[Standing]:
+    def act(task: TrackingTask) -> np.ndarray:
+        return teacher_actions(trainer.actor, task.observe_all()[0])
+
+    config = evaluation_task(replace(TaskConfig(), starts=trainer.teacher.starts))
+    return judge_standing(act, trainer.task.robot, references, config)
+
+
+def _told(group: str, found: list[Standing]) -> dict[str, float]:
+    told = {f"{group} stand": float(np.mean([s.stand for s in found]))}
+    told[f"{group} seconds"] = float(np.mean([s.seconds for s in found]))
+    if group == "kept":
+        told |= {f"{s.name} {what}": getattr(s, what) for s in found for what in ("stand", "seconds")}
+    return told
+
+
+def _append(path: Path, row: dict[str, float]) -> None:
+    new = not path.exists()
+    with path.open("a", newline="") as stream:
+        table = csv.DictWriter(stream, fieldnames=list(row))
+        if new:
+            table.writeheader()
+        table.writerow({k: f"{v:.6g}" for k, v in row.items()})
+    print("  ".join(f"{k} {v:.4g}" for k, v in row.items()), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,91 @@
+"""A teacher: symmetric by construction, scheduled by steps, and the same after it was saved."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from clips import load_reference
+from tracking import TrackingError
+from tracking.config import Ramp, TeacherConfig
+from tracking.training.teacher import TeacherTrainer, teacher_actions, teaching_task
+from tracking.training.teacher_file import load_teacher, restore_teacher, save_teacher
+
+SMALL = dataclasses.replace(
+    TeacherConfig(), envs=8, critic_hidden=(16,),
+    ppo=dataclasses.replace(TeacherConfig().ppo, hidden=(32, 16), steps_per_env=6, minibatches=2),
+)  # fmt: skip
+
+
+@pytest.fixture
+def trainer(dancer, groove_file):
+    task = teaching_task(dancer, [load_reference(groove_file, dancer)], SMALL)
+    yield TeacherTrainer(task, SMALL, 0)
+    task.close()
+
+
+def answers(trainer, seen):
+    return teacher_actions(trainer.actor, seen)
+
+
+def test_a_mirrored_state_is_answered_with_the_mirrored_action(trainer, rng):
+    from tracking.task import symmetry_of
+
+    symmetry, task = symmetry_of(trainer.task.robot), trainer.task
+    seen = rng.normal(size=(5, task.actor.size + task.teacher.size)).astype(np.float32)
+    mirror = symmetry.of_rows((*task.actor.rows, *task.teacher.rows))
+    one, other = answers(trainer, seen), answers(trainer, (mirror.sign * seen[:, mirror.order]).astype(np.float32))
+    assert np.abs(one).max() > 1e-3
+    np.testing.assert_allclose(other, symmetry.joints.sign * one[:, symmetry.joints.order], atol=1e-5)
+
+
+def test_the_schedule_follows_the_steps_whatever_finishes(trainer):
+    early, _, late = (
+        trainer.iterate_at(steps) for steps in (0, 12_000_000, 12_000_000)
+    )  # a rule holds from the next on
+    assert early.steps == late.steps == 8 * 6
+    assert trainer.algorithm.lam == pytest.approx(0.7) and trainer.algorithm.entropy_coef == 0.0
+    assert late.std <= 0.12 * SMALL.std_slack + 1e-6 < early.std
+    assert trainer.task.pushes.strength == 1.0
+
+
+def test_a_ramp_goes_in_equal_factors_and_stays_at_its_ends():
+    ramp = Ramp(first=0.1, last=0.001, until=100.0, since=50.0)
+    assert [ramp.at(s) for s in (0.0, 50.0, 75.0, 100.0, 1e9)] == pytest.approx([0.1, 0.1, 0.01, 0.001, 0.001])
+
+
+def test_a_saved_teacher_goes_on_where_it_stopped(trainer, dancer, groove_file, tmp_path):
+    trainer.iterate_at(0)
+    save_teacher(tmp_path / "teacher.pt", trainer, 48)
+    task = teaching_task(dancer, [load_reference(groove_file, dancer)], SMALL, seed=1)
+    again = TeacherTrainer(task, SMALL, 7)
+    teacher = load_teacher(tmp_path / "teacher.pt")
+    restore_teacher(again, teacher, dancer)
+    seen = np.ones((2, task.actor.size + task.teacher.size), dtype=np.float32)
+    assert teacher.steps == 48
+    np.testing.assert_array_equal(answers(again, seen), answers(trainer, seen))
+    assert again.algorithm.learning_rate == pytest.approx(trainer.algorithm.optimizer.param_groups[0]["lr"])
+    save_teacher(tmp_path / "small.pt", trainer, 48, optimiser=False)
+    assert (tmp_path / "small.pt").stat().st_size < 0.5 * (tmp_path / "teacher.pt").stat().st_size
+    restore_teacher(again, load_teacher(tmp_path / "small.pt"), dancer)
+    task.close()
+
+
+def test_what_is_no_teacher_of_this_robot_is_refused(trainer, tmp_path):
+    from robot_models import load_robot
+
+    (tmp_path / "broken.pt").write_bytes(b"PK nothing")
+    for name, said in (("none.pt", "no such file"), ("broken.pt", "no teacher")):
+        with pytest.raises(TrackingError, match=said):
+            load_teacher(tmp_path / name)
+    save_teacher(tmp_path / "teacher.pt", trainer, 0)
+    with pytest.raises(TrackingError, match="one of dancer"):
+        restore_teacher(trainer, load_teacher(tmp_path / "teacher.pt"), load_robot("g1"))
+
+
+def test_episodes_are_cut_and_go_on_in_the_critics_word(trainer):
+    trainer.config = dataclasses.replace(trainer.config, episode_s=2 * trainer.task.dt)
+    trainer.iterate(0.01)
+    assert trainer.age.max() < 2.0
