@@ -33,7 +33,8 @@ def rows_of(r: Evaluation) -> list[tuple[str, str, str]]:
     return [
         ("finished", f"{100 * r.finished:.0f} % of {r.rollouts}", span),
         ("and never 0.5 m off", f"{100 * r.finished_in_place:.0f} %", "in the room"),
-        ("survived", f"{r.survived_s:.2f} s", f"of {r.duration_s:.2f} s"),
+        ("survived", f"{r.survived_s:.2f} s", f"of {r.duration_s:.2f} s, within the rules"),
+        ("did not fall", f"{100 * r.stood:.0f} %", f"{r.stood_s:.2f} s to the fall; the others strayed"),
         ("body error", f"{r.body_error_mm:.0f} mm", f"+-{r.body_error_half_mm:.1f} at 95 %, root-relative"),
         ("error in the room", f"{r.global_error_mm:.0f} mm", ""),
         ("joint error", f"{r.joint_error_rad:.3f} rad", "mean over joints"),

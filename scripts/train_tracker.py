@@ -17,11 +17,17 @@ import numpy as np
 
 from clips import MetricKey
 from robot_models import load_robot
-from tracking.config import TaskConfig, TeacherConfig
+from tracking import TaskConfig, TeacherConfig
 from tracking.evaluation import Standing, evaluation_task, judge_standing
 from tracking.task import NamedReference, TrackingTask, read_named_reference
-from tracking.training.teacher import TeacherTrainer, teacher_actions, teaching_task
-from tracking.training.teacher_file import load_teacher, restore_teacher, save_teacher
+from tracking.training import (
+    TeacherTrainer,
+    load_teacher,
+    restore_teacher,
+    save_teacher,
+    teacher_actions,
+    teaching_task,
+)
 
 MOST_IMPOSSIBLE = 30.0  # per cent of frames that physics does not allow, beyond which a reference teaches nothing
 

@@ -9,7 +9,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from robot_models import __version__
-from tracking.config import PpoConfig, RandomisationConfig, RewardConfig, TaskConfig, TerminationConfig, TrainConfig
+from tracking.config import (
+    PpoConfig,
+    RandomisationConfig,
+    RewardConfig,
+    TaskConfig,
+    TeacherConfig,
+    TerminationConfig,
+    TrainConfig,
+)
 from tracking.errors import TrackingError
 
 if TYPE_CHECKING:
@@ -75,6 +83,7 @@ __all__ = [
     "Run",
     "Runner",
     "TaskConfig",
+    "TeacherConfig",
     "TerminationConfig",
     "TrackingError",
     "TrackingTask",

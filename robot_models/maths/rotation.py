@@ -175,6 +175,18 @@ def yaw(q: Float[Array, "... 4"]) -> Float[Array, "..."]:
     return array_namespace(q).atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
 
 
+def roll_pitch(q: Float[Array, "... 4"]) -> Float[Array, "... 2"]:
+    """Roll and pitch [rad] of intrinsic z-y-x angles: an upright body has none, whatever its heading."""
+    xp = array_namespace(q)
+    w, x, y, z = (q[..., k] for k in range(4))
+    up_x, up_y, up_z = (
+        2.0 * (x * z - w * y),
+        2.0 * (y * z + w * x),
+        1.0 - 2.0 * (x * x + y * y),
+    )  # the world's, in the body
+    return xp.stack((xp.arctan2(up_y, up_z), xp.arctan2(-up_x, xp.hypot(up_y, up_z))), axis=-1)
+
+
 def _about(axis: str, angle: Array) -> Array:
     """Turn about a named axis [rad]."""
     xp, half = array_namespace(angle), 0.5 * angle

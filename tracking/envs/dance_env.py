@@ -87,7 +87,7 @@ class DanceEnv(ReferenceEnv):
         self.frame += 1
         qpos = self._physics.qpos[0]
         terms = self._terms(qpos, action)
-        tilt = np.abs(roll_pitch(qpos[3:7]))
+        tilt = np.abs(rot.roll_pitch(qpos[3:7]))
         finite = bool(np.isfinite(self._physics.state).all())
         fallen = not finite or bool(qpos[2] < FALLEN or tilt.max() > TILTED)
         ended = self.frame >= self.reference.frames - 1 and not fallen
@@ -132,9 +132,3 @@ class DanceEnv(ReferenceEnv):
             [self.frame / max(1, self.reference.frames - 1)],
         )  # fmt: skip
         return np.concatenate(parts).astype(np.float32)
-
-
-def roll_pitch(quat: ndarray) -> ndarray:
-    """Roll and pitch [rad] of a wxyz quaternion: an upright robot has none, whatever its heading."""
-    x, y, z = rot.rotate(rot.conjugate(quat), np.array([0.0, 0.0, 1.0]))  # the world's up in the root's frame
-    return np.array([np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))])

@@ -1,9 +1,14 @@
-"""How well a policy performs the whole dance: rollouts from its first frame, judged by the field's rule."""
+"""How well a policy performs the whole dance: rollouts from its first frame, judged by the field's rule.
+
+A robot that strays (a hand or a foot too far off) has not fallen: it dances on here, and the two are counted apart.
+"""
 
 from __future__ import annotations
 
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
+from functools import reduce
+from operator import or_
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -15,7 +20,7 @@ from robot_models.maths import Progress, silent
 from tracking.config import TaskConfig
 from tracking.engines import Engine, MujocoBatch
 from tracking.policy import Policy, Runner
-from tracking.task import StepResult, TrackingTask
+from tracking.task import FALLS, StepResult, TrackingTask
 
 _Z95 = 1.96
 IN_PLACE = 0.5  # largest mean distance of the tracked bodies from the reference in the room, the field's other rule [m]
@@ -31,6 +36,8 @@ class Evaluation:
     finished_high: float
     finished_in_place: float  # share that finished and was never 0.5 m off in the room (mean over tracked bodies)
     survived_s: float  # mean time before the failure or the end [s]
+    stood: float  # share that did not fall, whether it strayed or not
+    stood_s: float  # mean time before the fall or the end [s]
     duration_s: float  # of the dance [s]
     body_error_mm: float  # mean over tracked bodies, root-relative
     body_error_half_mm: float  # half width of its 95 % interval, over rollouts
@@ -100,7 +107,7 @@ def evaluate(
             tally.add(result, task)
             path.append(task.physics.qpos.copy())
             progress("rollouts", done + 1, steps)
-            if not tally.alive.any():
+            if not tally.standing.any():
                 break
     return tally.result(task.dt, steps, np.stack(path))
 
@@ -131,9 +138,8 @@ class _Tally:
     """What N rollouts come to, each until it fails."""
 
     def __init__(self, rollouts: int) -> None:
-        self.alive = np.ones(rollouts, dtype=bool)
-        self._in_place = np.ones(rollouts, dtype=bool)
-        self._lasted = np.zeros(rollouts)
+        self.alive, self.standing, self._in_place = np.ones((3, rollouts), dtype=bool)  # alive: within the rules
+        self._lasted, self._stood = np.zeros((2, rollouts))
         self._causes: dict[str, int] = {}
         self._terms: dict[str, float] = {}
         self._errors: list[ndarray] = []  # per step: (3, N) body, room, joint errors; NaN where a rollout has ended
@@ -142,7 +148,9 @@ class _Tally:
         for name, failed in result.causes.items():
             self._causes[name] = self._causes.get(name, 0) + int((failed & self.alive).sum())
         self.alive &= ~result.terminated
+        self.standing &= ~reduce(or_, (result.causes[cause] for cause in FALLS))
         self._lasted += self.alive
+        self._stood += self.standing
         for name, value in result.terms.items():
             self._terms[name] = self._terms.get(name, 0.0) + float(value[self.alive].sum())
         room = np.linalg.norm(task.tables.pos[task.frame] - task.sensors.states.pos, axis=-1).mean(axis=1)
@@ -165,6 +173,8 @@ class _Tally:
             finished_high=high,
             finished_in_place=float((self.alive & self._in_place).mean()),
             survived_s=float(self._lasted.mean() * dt),
+            stood=float(self.standing.mean()),
+            stood_s=float(self._stood.mean() * dt),
             duration_s=steps * dt,
             body_error_mm=1e3 * float(body),
             body_error_half_mm=1e3 * _Z95 * spread / max(1.0, np.sqrt(len(each))),

@@ -4,11 +4,15 @@ from tracking.policy.anchor_chain import anchor_chain
 from tracking.policy.bundle import CONTRACT, GOLDEN, POLICY, REFERENCE, Bundle, check_contract, load_bundle, read_runner
 from tracking.policy.contract import FROM_REFERENCE, OF_ROBOT, Contract, Row, read_contract, write_contract
 from tracking.policy.feed_forward import joint_targets, target_range
+from tracking.policy.gains import standing_gains, with_gains
 from tracking.policy.golden_trace import Golden, read_golden, replay, write_golden
+from tracking.policy.measurement import Measurement
+from tracking.policy.motion import Motion, motion_of
+from tracking.policy.network import Policy, onnx_policy
 from tracking.policy.observation_terms import TERMS, row_of
 from tracking.policy.policy_export import write_beyondmimic, write_unitree
-from tracking.policy.runner import Measurement, Motion, Policy, Runner, motion_of, onnx_policy
-from tracking.policy.standing_gains import standing_gains
+from tracking.policy.readers import is_tracker, read_tracker
+from tracking.policy.runner import Runner
 
 __all__ = [
     "CONTRACT",
@@ -28,6 +32,7 @@ __all__ = [
     "Runner",
     "anchor_chain",
     "check_contract",
+    "is_tracker",
     "joint_targets",
     "load_bundle",
     "motion_of",
@@ -35,10 +40,12 @@ __all__ = [
     "read_contract",
     "read_golden",
     "read_runner",
+    "read_tracker",
     "replay",
     "row_of",
     "standing_gains",
     "target_range",
+    "with_gains",
     "write_beyondmimic",
     "write_contract",
     "write_golden",

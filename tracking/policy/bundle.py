@@ -9,12 +9,16 @@ from pathlib import Path
 import numpy as np
 from numpy import ndarray
 
-from clips import Reference, load_reference
+from clips import Reference, check_reference_against, load_reference
 from robot_models import RobotModel, load_robot
 from tracking.errors import TrackingError
 from tracking.policy.anchor_chain import anchor_chain
 from tracking.policy.contract import Contract, read_contract
-from tracking.policy.runner import Runner, motion_of, onnx_policy
+from tracking.policy.gains import with_gains
+from tracking.policy.motion import motion_of
+from tracking.policy.network import onnx_policy
+from tracking.policy.readers import is_tracker, read_tracker
+from tracking.policy.runner import Runner
 
 POLICY, CONTRACT, REFERENCE, GOLDEN = "policy.onnx", "contract.json", "reference.npz", "golden.npz"
 SHIPPED = Path(__file__).parent.parent / "policies"
@@ -56,13 +60,15 @@ def load_bundle(folder: Path, *, reference: Path | None = None, robot: str | Non
         TrackingError: not a bundle, or the contract was made for another robot or reference.
     """
     folder = _found(folder)
+    if is_tracker(folder):
+        return _tracker(folder, reference, robot)
     if folder.suffix == ".onnx" or (_unitree(folder) and not (folder / CONTRACT).exists()):
         return _foreign(folder, reference, robot)
     if not (folder / CONTRACT).exists():
         raise _no_bundle(folder)
     path = reference or folder / REFERENCE
     contract = read_contract(folder / CONTRACT)
-    model = load_robot(robot or contract.robot)
+    model = with_gains(load_robot(robot or contract.robot), contract)
     check_contract(contract, model, _sha256(path))
     motion = load_reference(path, model)
     policy = onnx_policy(folder / POLICY, contract.observation_size, len(contract.joint_names))
@@ -105,7 +111,7 @@ def _unitree(path: Path) -> Path | None:
 
 def _foreign(path: Path, reference: Path | None, robot: str | None) -> Bundle:
     """A policy that another tool trained, on a robot with that policy's gains."""
-    from tracking.policy.policy_import import read_beyondmimic, read_unitree, with_gains
+    from tracking.policy.readers import read_beyondmimic, read_unitree
 
     model = load_robot(robot or "g1")
     yaml = _unitree(path)
@@ -122,6 +128,20 @@ def _foreign(path: Path, reference: Path | None, robot: str | None) -> Bundle:
             )  # fmt: skip
         motion = load_reference(reference, model)
         runner = read_unitree(yaml, model, motion, network)
+    return Bundle(folder=path, robot=with_gains(model, runner.contract), reference=motion, runner=runner)
+
+
+def _tracker(path: Path, reference: Path | None, robot: str | None) -> Bundle:
+    """A policy that follows any reference, on the one that is named."""
+    if reference is None:
+        raise TrackingError(
+            str(path), found="a tracker, which follows any reference", expected="the one that it shall follow",
+            cure="name it", option="ref",
+        )  # fmt: skip
+    motion = load_reference(reference)
+    model = load_robot(robot or motion.robot)
+    check_reference_against(motion, model, str(reference))
+    runner = read_tracker(path, model, motion)
     return Bundle(folder=path, robot=with_gains(model, runner.contract), reference=motion, runner=runner)
 
 

@@ -19,10 +19,11 @@ from clips import write_whole
 from tracking.errors import TrackingError
 
 FORMAT_VERSION = 2
-FROM_REFERENCE, FROM_DEFAULT = "reference", "default"
+FROM_REFERENCE, FROM_DEFAULT, FROM_ZERO = "reference", "default", "zero"
 _TARGETS = {
     FROM_REFERENCE: "the next frame's joint_pos + (joint_torque + kd * joint_vel) / kp, in the middle of the period",
-    FROM_DEFAULT: "the default pose",
+    FROM_DEFAULT: "the default pose, and feed_forward * kd / kp * the next frame's joint_vel",
+    FROM_ZERO: "nothing: the scaled action is the target",
 }
 
 
@@ -38,6 +39,10 @@ class Row:
     frame: str
     noise: float = 0.0  # half width of the uniform noise in training, after the scale
     measurable: bool = True  # whether a robot has a sensor for it
+    zeroed: tuple[int, ...] = ()  # places in it that are shown as 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "zeroed", tuple(self.zeroed))  # a list in files
 
     @property
     def name(self) -> str:
@@ -81,6 +86,11 @@ class Contract:
     anchor_chain: tuple[ChainLink, ...]
     observation: tuple[Row, ...]
     delay_trained_with_s: tuple[float, float]
+    # Of trackers, whose command can be improved without training.
+    look_ahead: int = 0  # frames by which the reference is shown ahead of time
+    heading_gain: float = 0.0  # yaw rate asked for per heading that is missing [1/s]
+    position_gain: float = 0.0  # velocity asked for per way that is missing, where the place is known [1/s]
+    feed_forward: tuple[float, ...] = ()  # per joint, share of the reference's velocity that is compensated; none: 0
     versions: dict[str, str] = field(default_factory=dict)
     source: str = ""  # where it was read [file]
 
@@ -164,19 +174,27 @@ def read_contract(path: Path) -> Contract:
         )  # fmt: skip
     names = {f.name for f in fields(Contract)}
     try:
-        rows = tuple(Row(**{k: r[k] for k in _names(Row)}) for r in told["observation"])
+        rows = tuple(Row(**{k: r[k] for k in _names(Row) if k in r}) for r in told["observation"])
         chain = tuple(
             ChainLink(pos=tuple(link["pos"]), quat=tuple(link["quat"]), joint=link["joint"], axis=tuple(link["axis"]))
             for link in told["anchor_chain"]
         )
-        made = {"observation", "anchor_chain", "joint_names", "source", "delay_trained_with_s", *_ARRAYS}
+        made = {
+            "observation",
+            "anchor_chain",
+            "joint_names",
+            "source",
+            "delay_trained_with_s",
+            "feed_forward",
+            *_ARRAYS,
+        }
         shortest, longest = told["delay_trained_with_s"]
         arrays: dict[str, Any] = {k: np.asarray(told[k], dtype=float) for k in _ARRAYS}
         contract = Contract(
             **{k: v for k, v in told.items() if k in names - made},
             **arrays,
             joint_names=tuple(told["joint_names"]), observation=rows, anchor_chain=chain, source=str(path),
-            delay_trained_with_s=(float(shortest), float(longest)),
+            delay_trained_with_s=(float(shortest), float(longest)), feed_forward=tuple(told.get("feed_forward", ())),
         )  # fmt: skip
         slices = [tuple(r["slice"]) for r in told["observation"]]
     except (KeyError, TypeError, ValueError) as e:

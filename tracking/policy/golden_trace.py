@@ -14,7 +14,8 @@ from numpy import ndarray
 
 from clips import write_whole
 from tracking.errors import TrackingError
-from tracking.policy.runner import Measurement, Runner
+from tracking.policy.measurement import Measurement
+from tracking.policy.runner import Runner
 
 TOLERANCE = 1e-4  # of observations, actions and targets: float32 networks on another processor
 

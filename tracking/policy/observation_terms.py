@@ -20,7 +20,7 @@ class ObservationTerm:
     per_body: int = 0  # of the tracked bodies
     measurable: bool = True  # whether a robot has a sensor for it
     aliases: tuple[str, ...] = ()  # the field's names: Isaac Lab's, BeyondMimic's, Unitree's
-    reflection: str = "joints"  # what it is in a mirror: joints, bodies, a polar or axial vector, two columns, a scalar
+    reflection: str = "joints"  # what it is in a mirror: a key of `symmetry.SIGNS`, joints or bodies
 
     def numbers(self, joints: int, bodies: int = 0) -> int:
         """How many numbers it is for a policy of so many joints."""
@@ -41,6 +41,23 @@ TERMS: Mapping[str, ObservationTerm] = {
         meaning="joint positions, then velocities of the reference", unit="rad, rad/s", frame="joint", per_joint=2,
         aliases=("command", "motion_command"),
     ),
+    "reference_planar_velocity": ObservationTerm(
+        meaning="velocity of the reference's root, x and y", unit="m/s", frame="reference root body", size=2, reflection="planar",
+    ),
+    "reference_root_height": ObservationTerm(
+        meaning="height of the reference's root", unit="m", frame="world, z", size=1, reflection="scalar",
+    ),
+    "reference_roll_pitch": ObservationTerm(
+        meaning="roll and pitch of the reference's root", unit="rad", frame="world, intrinsic z-y-x", size=2, reflection="turns",
+    ),
+    "reference_yaw_rate": ObservationTerm(
+        meaning="angular velocity of the reference's root about its z, and what is missing in heading times a gain",
+        unit="rad/s", frame="reference root body", size=1, reflection="odd",
+    ),
+    "reference_anchor_quat_xyzw": ObservationTerm(
+        meaning="orientation of the reference's anchor, turned to the robot's heading", unit="", frame="world", size=4,
+        reflection="quat_xyzw",
+    ),
     "anchor_orientation": ObservationTerm(
         meaning="where the reference's anchor is turned to", unit="", size=6,
         frame="robot anchor: first two columns of the reference anchor", aliases=("motion_anchor_ori_b",), reflection="columns",
@@ -56,6 +73,12 @@ TERMS: Mapping[str, ObservationTerm] = {
         meaning="angular velocity of the root", unit="rad/s", frame="root body", size=3, aliases=("base_ang_vel",),
         reflection="axial",
     ),
+    "roll_pitch": ObservationTerm(
+        meaning="roll and pitch of the root", unit="rad", frame="world, intrinsic z-y-x", size=2, reflection="turns",
+    ),
+    "anchor_quat_xyzw": ObservationTerm(
+        meaning="orientation of the anchor", unit="", frame="world", size=4, reflection="quat_xyzw",
+    ),
     "gravity": ObservationTerm(
         meaning="direction of gravity", unit="", frame="root body", size=3, aliases=("projected_gravity",), reflection="polar",
     ),
@@ -65,6 +88,12 @@ TERMS: Mapping[str, ObservationTerm] = {
     ),
     "joint_pos": ObservationTerm(
         meaning="encoders", unit="rad", frame="joint, off the default pose", per_joint=1, aliases=("joint_pos", "joint_pos_rel"),
+    ),
+    "encoders": ObservationTerm(
+        meaning="encoders, off zero", unit="rad", frame="joint", per_joint=1,
+    ),
+    "last_target": ObservationTerm(
+        meaning="the last servo targets", unit="rad", frame="joint", per_joint=1,
     ),
     "joint_vel": ObservationTerm(
         meaning="encoders' velocities", unit="rad/s", frame="joint", per_joint=1, aliases=("joint_vel", "joint_vel_rel"),
@@ -94,7 +123,16 @@ KIND_OF = {alias: kind for kind, term in TERMS.items() for alias in term.aliases
 """The field's names -> ours."""
 
 
-def row_of(kind: str, joints: int, *, at: int = 0, bodies: int = 0, scale: float = 1.0, noise: float = 0.0) -> Row:
+def row_of(
+    kind: str,
+    joints: int,
+    *,
+    at: int = 0,
+    bodies: int = 0,
+    scale: float = 1.0,
+    noise: float = 0.0,
+    zeroed: tuple[int, ...] = (),
+) -> Row:
     """A row of an observation table.
 
     Args:
@@ -104,9 +142,10 @@ def row_of(kind: str, joints: int, *, at: int = 0, bodies: int = 0, scale: float
         bodies: tracked bodies.
         scale: of the numbers.
         noise: half width of the noise in training, after the scale.
+        zeroed: places in it that are shown as 0.
     """
     term = TERMS[kind]
     return Row(
         kind=kind, at=at, size=term.numbers(joints, bodies), scale=scale, unit=term.unit, frame=term.frame, noise=noise,
-        measurable=term.measurable,
+        measurable=term.measurable, zeroed=zeroed,
     )  # fmt: skip

@@ -6,53 +6,17 @@ No trainer and no simulator is imported: this is what stands on a robot. N robot
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from clips import Reference
 from robot_models.maths import rotation as rot
 from tracking.errors import TrackingError
-from tracking.policy.contract import FROM_REFERENCE, Contract
-from tracking.policy.feed_forward import joint_targets
-
-Policy = Callable[[Float[ndarray, "N A"]], Float[ndarray, "N J"]]
-"""Observations to mean actions."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Measurement:
-    """What the sensors of N robots tell."""
-
-    quat: Float[ndarray, "N 4"]  # of the root body, from its IMU, wxyz, heading arbitrary
-    gyro: Float[ndarray, "N 3"]  # root body [rad/s]
-    joint_pos: Float[ndarray, "N J"]  # encoders [rad]
-    joint_vel: Float[ndarray, "N J"]  # [rad/s]
-    # What no sensor tells. A simulation knows it, a robot only with a state estimator; policies of our own never ask.
-    root_pos: Float[ndarray, "N 3"] | None = None  # world [m]
-    root_lin_vel: Float[ndarray, "N 3"] | None = None  # root body [m/s]
-
-    def picked(self, order: ndarray) -> Measurement:
-        """The same with joints in another order, or some of them."""
-        return replace(self, joint_pos=self.joint_pos[:, order], joint_vel=self.joint_vel[:, order])
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Motion:
-    """What the policy performs, by frame, joints in the policy's order."""
-
-    joint_pos: Float[ndarray, "T J"]  # [rad]
-    joint_vel: Float[ndarray, "T J"]  # [rad/s]
-    root_pos: Float[ndarray, "T 3"]  # [m]
-    root_quat: Float[ndarray, "T 4"]
-    anchor_pos: Float[ndarray, "T 3"]  # [m]
-    anchor_quat: Float[ndarray, "T 4"]
-    targets: Float[ndarray, "T J"]  # of the servos, without the policy [rad]
-    start: int = 0  # the dance's first frame, after the lead-in
+from tracking.policy.contract import Contract
+from tracking.policy.measurement import Measurement
+from tracking.policy.motion import Motion
+from tracking.policy.network import Policy
 
 
 class Runner:
@@ -84,14 +48,33 @@ class Runner:
 
     def start(self, measured: Measurement, frame: int | None = None) -> None:
         """Begin: at a frame of the motion, by default the dance's first; heading and place of now are the motion's."""
-        n, m = len(measured.quat), self.motion
-        self.frame = np.full(n, m.start if frame is None else frame)
-        self.last_action = np.zeros((n, len(self.contract.joint_names)))
-        self.heading = rot.from_yaw(rot.yaw(rot.multiply(measured.quat, rot.conjugate(m.root_quat[self.frame]))))
-        place = np.zeros((n, 3)) if measured.root_pos is None else measured.root_pos
-        self.place = (place - rot.rotate(self.heading, m.root_pos[self.frame])) * (1.0, 1.0, 0.0)
+        n, joints = len(measured.quat), len(self.contract.joint_names)
+        self.frame, self.begun = np.zeros((2, n), dtype=int)
+        self.heading, self.place = np.zeros((n, 4)), np.zeros((n, 3))
         # The last ones, the newest first. Before the first there was, for all one knows, the same.
-        self.measured, self.actions = [measured] * self._memory, [self.last_action] * self._memory
+        self.measured = [measured.copy() for _ in range(self._memory)]
+        self.actions = [np.zeros((n, joints)) for _ in range(self._memory)]
+        self.last_action, self.last_target = np.zeros((2, n, joints))
+        self.restart(np.arange(n), measured, np.full(n, self.motion.start if frame is None else frame))
+
+    def restart(self, ids: Int[ndarray, "n"], measured: Measurement, frame: Int[ndarray, "n"]) -> None:
+        """Begin anew with some of the robots, each at a frame of its own.
+
+        Args:
+            ids: which robots.
+            measured: what their sensors tell.
+            frame: of the motion.
+        """
+        m = self.motion
+        self.frame[ids], self.begun[ids] = frame, frame
+        self.heading[ids] = rot.from_yaw(rot.yaw(rot.multiply(measured.quat, rot.conjugate(m.root_quat[frame]))))
+        place = np.zeros((len(ids), 3)) if measured.root_pos is None else measured.root_pos
+        self.place[ids] = (place - rot.rotate(self.heading[ids], m.root_pos[frame])) * (1.0, 1.0, 0.0)
+        for past in self.measured:
+            past.put(ids, measured)
+        for action in self.actions:
+            action[ids] = 0.0
+        self.last_action[ids], self.last_target[ids] = 0.0, measured.joint_pos
 
     @property
     def over(self) -> bool:
@@ -100,15 +83,15 @@ class Runner:
 
     def act(self, measured: Measurement) -> Float[ndarray, "N J"]:
         """Servo targets [rad] for the control period that begins now; the motion goes on by one frame."""
-        self.measured = [measured, *self.measured[:-1]]
+        self.measured = [measured.copy() if self._memory > 1 else measured, *self.measured[:-1]]
         self.seen = self.observation()
         self.last_action = self._policy(self.seen)
         self.actions = [self.last_action, *self.actions[:-1]]
         self.frame = np.minimum(self.frame + 1, len(self.motion.joint_pos) - 1)
         c = self.contract
-        return np.clip(
-            self.motion.targets[self.frame] + c.action_scale * self.last_action, c.target_lower, c.target_upper
-        )
+        target = self.motion.targets[self.frame] + c.action_scale * self.last_action
+        self.last_target = np.clip(target, c.target_lower, c.target_upper)
+        return self.last_target
 
     def observation(self) -> Float[ndarray, "N A"]:
         """What the policy sees now, row by row of the contract's table."""
@@ -120,11 +103,32 @@ class Runner:
                     found=f"{part.shape[1]} numbers",
                     expected=f"{row.size}, as in the contract",
                 )
+            part[:, list(row.zeroed)] = 0.0
         return np.concatenate(parts, axis=1).astype(np.float32)
 
     def ahead(self, table: Float[ndarray, "T K"], frames: int) -> Float[ndarray, "N K"]:
-        """Rows of a table some frames on or back; the first and the last hold beyond the ends."""
-        return table[np.clip(self.frame + frames, 0, len(table) - 1)]
+        """Rows of a table as they are shown some periods on, or were back; the first and the last hold beyond the ends."""
+        now = np.maximum(self.frame + frames, self.begun) if frames < 0 else self.frame + frames
+        return table[np.clip(now + self.contract.look_ahead, 0, len(table) - 1)]
+
+    def planar_velocity(self, at: int) -> Float[ndarray, "N 2"]:
+        """The motion's velocity in its root's frame, and what is missing in place times a gain, where the place is known."""
+        velocity, now = self.ahead(self.motion.root_lin_vel, at), self.measured[-min(at, 0)]
+        if self.contract.position_gain > 0.0 and now.root_pos is not None:
+            frame = np.maximum(self.frame + min(at, 0), self.begun)
+            missing = rot.rotate(self.heading, self.motion.root_pos[frame]) + self.place - now.root_pos
+            velocity = velocity + self.contract.position_gain * rot.rotate(
+                rot.conjugate(now.quat), missing * (1.0, 1.0, 0.0)
+            )
+        return velocity[:, :2]
+
+    def yaw_rate(self, at: int) -> Float[ndarray, "N 1"]:
+        """The motion's yaw rate in its root's frame, and what is missing in heading times a gain."""
+        rate = self.ahead(self.motion.root_ang_vel, at)[:, 2:]
+        frame = np.maximum(self.frame + min(at, 0), self.begun)
+        wanted = rot.multiply(self.heading, self.motion.root_quat[frame])
+        missing = rot.yaw(rot.multiply(wanted, rot.conjugate(self.measured[-min(at, 0)].quat)))
+        return rate + self.contract.heading_gain * missing[:, None]
 
     def anchor(self, back: int = 0) -> tuple[Float[ndarray, "N 3"], Float[ndarray, "N 4"]]:
         """The robot's anchor: position off the root's, in world axes [m], and orientation."""
@@ -165,6 +169,17 @@ MEASURES: dict[str, Callable[[Runner, int], ndarray]] = {
     "reference_joint_vel": lambda r, at: r.ahead(r.motion.joint_vel, at),
     "motion_joint_pos": lambda r, at: r.ahead(r.motion.joint_pos, at),
     "command": lambda r, at: r.ahead(np.concatenate((r.motion.joint_pos, r.motion.joint_vel), axis=1), at),
+    "reference_planar_velocity": lambda r, at: r.planar_velocity(at),
+    "reference_root_height": lambda r, at: r.ahead(r.motion.root_pos, at)[:, 2:],
+    "reference_roll_pitch": lambda r, at: rot.roll_pitch(r.ahead(r.motion.root_quat, at)),
+    "reference_yaw_rate": lambda r, at: r.yaw_rate(at),
+    "reference_anchor_quat_xyzw": lambda r, at: rot.to_quat_xyzw(
+        rot.multiply(r.heading, r.ahead(r.motion.anchor_quat, at))
+    ),
+    "anchor_quat_xyzw": lambda r, at: rot.to_quat_xyzw(r.anchor(-at)[1]),
+    "roll_pitch": lambda r, at: rot.roll_pitch(r.measured[-at].quat),
+    "encoders": lambda r, at: r.measured[-at].joint_pos,
+    "last_target": lambda r, _: r.last_target,
     "anchor_orientation": lambda r, at: r.anchor_orientation(at),
     "anchor_position": lambda r, at: r.anchor_position(at),
     "last_action": lambda r, at: r.actions[-at],
@@ -175,80 +190,3 @@ MEASURES: dict[str, Callable[[Runner, int], ndarray]] = {
     "joint_vel": lambda r, at: r.measured[-at].joint_vel,
 }
 """How each term is computed from measurements; what it means stands in `TERMS`."""
-
-
-def _check_performs(reference: Reference, contract: Contract) -> None:
-    for name, told, found in (
-        ("joint_names", contract.joint_names, reference.joint_names),
-        ("control_dt", contract.control_dt, 1.0 / reference.fps),
-    ):
-        if found != told:
-            raise TrackingError(
-                f"reference, {name}", found=str(found)[:60], expected=f"{str(told)[:60]}, as in the contract"
-            )
-    if contract.anchor not in reference.body_names:
-        raise TrackingError("reference, body_names", found=f"no {contract.anchor}", expected="the contract's anchor")
-
-
-def motion_of(reference: Reference, contract: Contract) -> Motion:
-    """The tables of a reference that a policy of our own performs.
-
-    Raises:
-        TrackingError: its joints, their order or its rate are not the contract's.
-    """
-    _check_performs(reference, contract)
-    anchor = reference.body_names.index(contract.anchor)
-    at_rest = np.tile(contract.default_joint_pos, (reference.frames, 1))
-    return Motion(
-        joint_pos=np.asarray(reference.joint_pos, dtype=float),
-        joint_vel=np.asarray(reference.joint_vel, dtype=float),
-        root_pos=np.asarray(reference.body_pos_w[:, 0], dtype=float),
-        root_quat=np.asarray(reference.body_quat_w[:, 0], dtype=float),
-        anchor_pos=np.asarray(reference.body_pos_w[:, anchor], dtype=float),
-        anchor_quat=np.asarray(reference.body_quat_w[:, anchor], dtype=float),
-        targets=joint_targets(reference, contract) if contract.target == FROM_REFERENCE else at_rest,
-        start=reference.dance.start,
-    )
-
-
-def onnx_policy(path: Path, observation: int | None = None, actions: int | None = None) -> Policy:
-    """The mean action of an exported actor, by onnxruntime on one thread.
-
-    Args:
-        path: the network, input `obs`, output `actions`.
-        observation: how many numbers it shall take.
-        actions: how many it shall give.
-
-    Raises:
-        TrackingError: not a network, or not of these sizes.
-    """
-    session = open_onnx(path)
-    for name, given, wanted in (
-        ("observation", session.get_inputs()[0].shape[-1], observation),
-        ("actions", session.get_outputs()[0].shape[-1], actions),
-    ):
-        if wanted is not None and given != wanted:
-            raise TrackingError(f"{path}, {name}", found=f"{given} numbers", expected=f"{wanted}, as in the contract")
-
-    def act(observation: np.ndarray) -> np.ndarray:
-        return np.asarray(session.run(["actions"], {"obs": observation})[0], dtype=np.float64)
-
-    return act
-
-
-def open_onnx(path: Path) -> Any:
-    """An ONNX network, on one thread.
-
-    Raises:
-        TrackingError: onnxruntime refuses it.
-    """
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    try:
-        return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-    except Exception as e:  # onnxruntime's own exception types are not public
-        raise TrackingError(
-            str(path), found="a file that onnxruntime refuses", expected="policy.onnx of a bundle"
-        ) from e

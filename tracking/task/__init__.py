@@ -12,10 +12,11 @@ from tracking.task.motion_set import (
 from tracking.task.randomisation import draw_robots
 from tracking.task.rewards import beyond_soft_limits, reward_terms
 from tracking.task.symmetry import Reflection, Symmetry, symmetry_of
-from tracking.task.tracking_errors import compare
+from tracking.task.tracking_errors import FALLS, compare
 from tracking.task.tracking_task import StepResult, TrackingTask
 
 __all__ = [
+    "FALLS",
     "NamedReference",
     "Reflection",
     "Selection",

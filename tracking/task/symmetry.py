@@ -17,7 +17,17 @@ from robot_models import RobotModel, joint_axes
 from tracking.policy import TERMS, Row
 
 _POLAR, _AXIAL = np.array((1.0, -1.0, 1.0)), np.array((-1.0, 1.0, -1.0))
-_COLUMNS = np.array((1.0, -1.0, -1.0, 1.0, 1.0, -1.0))  # of two columns of S R S, row by row, S = diag(1, -1, 1)
+SIGNS = {
+    "polar": _POLAR,
+    "planar": _POLAR[:2],
+    "axial": _AXIAL,
+    "turns": _AXIAL[:2],  # roll and pitch
+    "odd": _AXIAL[2:],  # yaw, and its rate
+    "scalar": np.ones(1),
+    "columns": np.array((1.0, -1.0, -1.0, 1.0, 1.0, -1.0)),  # two columns of S R S, row by row, S = diag(1, -1, 1)
+    "quat_xyzw": np.array((-1.0, 1.0, -1.0, 1.0)),
+}
+"""What each kind of number is multiplied by in the mirror; those of joints and bodies change places too."""
 _CLOSE = 1e-3  # how far axes and places [m] of the two sides may differ
 
 
@@ -55,8 +65,7 @@ class Symmetry:
         if kind == "bodies":
             order = (3 * self.bodies[:, None] + np.arange(3)).ravel()
             return Reflection(order=order, sign=np.tile(_POLAR, len(self.bodies)))
-        sign = {"polar": _POLAR, "axial": _AXIAL, "columns": _COLUMNS, "scalar": np.ones(row.size)}[kind]
-        return Reflection(order=np.arange(row.size), sign=sign)
+        return Reflection(order=np.arange(row.size), sign=SIGNS[kind])
 
 
 def symmetry_of(robot: RobotModel) -> Symmetry | None:

@@ -115,6 +115,10 @@ def compare(states: BodyStates, tables: ReferenceTables, frame: Int[Array, "N"])
     )
 
 
+FALLS = ("anchor_height", "anchor_tilt", "diverged")
+"""Causes of failure that are falls; the others are strayings, after which a robot may dance on."""
+
+
 def failures(errors: TrackingErrors, tables: ReferenceTables, config: TerminationConfig) -> dict[str, Bool[Array, "N"]]:
     """Which rollouts have failed, by cause."""
     xp = array_namespace(errors.body_pos)

@@ -4,13 +4,22 @@ from tracking.training.actor_export import export_bundle
 from tracking.training.checkpoint import load_checkpoint
 from tracking.training.ppo import Trainer
 from tracking.training.run import CHECKPOINT, CURVES, Run, train
+from tracking.training.teacher import TeacherTrainer, teacher_actions, teaching_task
+from tracking.training.teacher_file import Teacher, load_teacher, restore_teacher, save_teacher
 
 __all__ = [
     "CHECKPOINT",
     "CURVES",
     "Run",
+    "Teacher",
+    "TeacherTrainer",
     "Trainer",
     "export_bundle",
     "load_checkpoint",
+    "load_teacher",
+    "restore_teacher",
+    "save_teacher",
+    "teacher_actions",
+    "teaching_task",
     "train",
 ]

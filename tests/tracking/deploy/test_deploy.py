@@ -21,7 +21,7 @@ from tracking.deploy.loop import perform
 from tracking.deploy.rehearsal import _Body
 from tracking.deploy.stages import Controller, Stage, StageConfig
 from tracking.policy.bundle import read_runner
-from tracking.policy.standing_gains import standing_gains
+from tracking.policy.gains import standing_gains
 
 pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
 

@@ -22,7 +22,17 @@ CONFIG = StageConfig(damping_s=0.06, rise_s=0.2, stand_s=0.1)
 def parts():
     contract = read_contract(FOLDER / "contract.json")
     motion = motion_of(load_reference(FOLDER / "reference.npz"), contract)
-    tables = ("joint_pos", "joint_vel", "root_pos", "root_quat", "anchor_pos", "anchor_quat", "targets")
+    tables = (
+        "root_lin_vel",
+        "root_ang_vel",
+        "joint_pos",
+        "joint_vel",
+        "root_pos",
+        "root_quat",
+        "anchor_pos",
+        "anchor_quat",
+        "targets",
+    )
     return contract, dataclasses.replace(motion, **{k: getattr(motion, k)[:FRAMES] for k in tables}, start=0)
 
 

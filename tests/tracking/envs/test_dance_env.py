@@ -10,7 +10,8 @@ from gymnasium.utils.env_checker import check_env
 
 import tracking.envs  # noqa: F401  (registers the ids)
 from robot_models.maths import rotation as rot
-from tracking.envs.dance_env import DanceEnv, roll_pitch
+from robot_models.maths.rotation import roll_pitch
+from tracking.envs.dance_env import DanceEnv
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*A Box observation space")
 

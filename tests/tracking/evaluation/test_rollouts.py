@@ -13,7 +13,7 @@ from clips import load_reference
 from robot_models.maths import silent
 from tracking.config import RandomisationConfig, StartNoise, TaskConfig
 from tracking.evaluation.rollouts import IN_PLACE, _Tally, evaluate, evaluation_task, play, wilson
-from tracking.task.tracking_errors import TrackingErrors
+from tracking.task.tracking_errors import FALLS, TrackingErrors
 from tracking.task.tracking_task import StepResult, TrackingTask
 
 pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
@@ -53,7 +53,7 @@ class Room:
         self.physics = SimpleNamespace(qpos=np.concatenate((np.zeros((N, 7)), np.full((N, 5), joints)), axis=1))
 
 
-def step(failed, body=0.01):
+def step(failed, body=0.01, cause="anchor_height"):
     bodies = np.zeros((N, 2, 3))
     bodies[..., 1] = np.asarray(body)[..., None] * np.ones((N, 2))
     names = [f.name for f in dataclasses.fields(TrackingErrors)]
@@ -61,21 +61,21 @@ def step(failed, body=0.01):
     failed = np.asarray(failed, dtype=bool)
     return StepResult(
         reward=np.ones(N), terminated=failed, truncated=np.zeros(N, dtype=bool), terms={"a": np.ones(N)},
-        causes={"fell": failed, "flew": np.zeros(N, dtype=bool)}, errors=errors,
+        causes={name: failed & (name == cause) for name in (*FALLS, "end_effector_height")}, errors=errors,
     )  # fmt: skip
 
 
-def judged(ends, off=0.0, joints=0.02):
+def judged(ends, off=0.0, joints=0.02, cause="anchor_height"):
     """Rollouts that fail in these steps (None: never)."""
     tally = _Tally(N)
     for k in range(STEPS):
-        tally.add(step([e == k for e in ends]), Room(np.broadcast_to(off, N), joints))
+        tally.add(step([e == k for e in ends], cause=cause), Room(np.broadcast_to(off, N), joints))
     return tally.result(DT, STEPS, np.arange(STEPS + 1.0)[:, None, None] * np.ones((1, N, 12)))
 
 
 def test_rollouts_count_until_they_fail_and_never_again():
     result = judged([None, 0, 12, 12])
-    assert result.finished == 0.25 and result.causes == {"fell": 3, "flew": 0}
+    assert result.finished == 0.25 and result.causes["anchor_height"] == sum(result.causes.values()) == 3
     assert result.survived_s == pytest.approx(DT * (25 + 0 + 12 + 12) / 4)
     assert result.duration_s == pytest.approx(2.5)
     assert [(s.at_s, s.failed) for s in result.seconds] == [(0.0, 1), (1.0, 2), (2.0, 0)]
@@ -89,7 +89,7 @@ def test_a_failure_after_the_end_changes_nothing():
     for failed in ([True] + [False] * 3, [True] + [False] * 3, [False] * 4):
         tally.add(step(failed), Room(np.zeros(N), 0.0))
     result = tally.result(DT, 3, np.zeros((4, N, 12)))
-    assert result.causes["fell"] == 1 and result.finished == 0.75
+    assert result.causes["anchor_height"] == 1 and result.finished == 0.75
 
 
 def test_errors_are_means_over_the_frames_in_which_a_rollout_stood():
@@ -161,3 +161,10 @@ def test_a_policy_alone_is_shown_what_the_task_observes(dancer, reference):
     np.testing.assert_array_equal(task.last_action, 0.1)
     assert not result.terminated.any()
     task.close()
+
+
+def test_who_strays_has_failed_and_has_not_fallen():
+    fell, strayed = (judged([3, None, None, None], cause=cause) for cause in ("anchor_tilt", "end_effector_height"))
+    assert (fell.finished, fell.stood, strayed.finished, strayed.stood) == (0.75, 0.75, 0.75, 1.0)
+    assert fell.stood_s == pytest.approx(fell.survived_s)
+    assert strayed.stood_s == pytest.approx(STEPS * DT) and strayed.survived_s == pytest.approx(fell.survived_s)

@@ -17,8 +17,9 @@ from clips import load_reference
 from robot_models import load_robot
 from tracking import Measurement, TaskConfig, TrackingError, TrackingTask, evaluate, evaluation_task, load_bundle
 from tracking.policy.bundle import SHIPPED
+from tracking.policy.gains import with_gains
 from tracking.policy.policy_export import write_beyondmimic, write_unitree
-from tracking.policy.policy_import import read_beyondmimic, read_unitree, with_gains
+from tracking.policy.readers.policy_import import read_beyondmimic, read_unitree
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,15 @@ from numpy import ndarray
 
 from clips import Reference, make_reference
 from robot_models import RobotModel
+from robot_models.maths import rotation as rot
 from tracking.errors import TrackingError
 from tracking.policy.anchor_chain import anchor_chain
 from tracking.policy.contract import FROM_DEFAULT, Contract, Row
+from tracking.policy.gains import standing_gains
+from tracking.policy.motion import Motion, motion_of
+from tracking.policy.network import open_onnx
 from tracking.policy.observation_terms import KIND_OF, row_of
-from tracking.policy.runner import Motion, Runner, motion_of, open_onnx
-from tracking.policy.standing_gains import standing_gains
+from tracking.policy.runner import Runner
 
 
 def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) -> tuple[Runner, Reference]:
@@ -54,7 +58,7 @@ def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) ->
     terms = {name: {"history_length": h} for name, h in zip(names, lengths, strict=True)}
     rows = _rows(terms, len(joints), str(path))
     anchor = told.get("anchor_body_name") or robot.profile.anchor
-    contract = _contract(
+    contract = contract_for(
         robot, joints, rows, anchor, control_dt, str(path),
         default_joint_pos=_numbers(told, "default_joint_pos", path), kp=_numbers(told, "joint_stiffness", path),
         kd=_numbers(told, "joint_damping", path), action_scale=_numbers(told, "action_scale", path),
@@ -76,6 +80,8 @@ def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) ->
         anchor_pos=motion["body_pos_w"][:, at],
         anchor_quat=motion["body_quat_w"][:, at],
         targets=np.tile(contract.default_joint_pos, (len(motion["joint_pos"]), 1)),
+        root_lin_vel=_in_root(rot.linear_velocity(motion["body_pos_w"][:, root], control_dt), motion, root),
+        root_ang_vel=_in_root(rot.angular_velocity(motion["body_quat_w"][:, root], control_dt), motion, root),
     )
     outputs = {o.name for o in session.get_outputs()}
     if "actions" not in outputs:
@@ -88,6 +94,10 @@ def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) ->
 
     runner = Runner(contract, policy, tables)
     return runner, _reference(robot, contract, tables, str(path))
+
+
+def _in_root(velocity: ndarray, motion: Mapping[str, ndarray], root: int) -> Float[ndarray, "T 3"]:
+    return np.asarray(rot.rotate(rot.conjugate(motion["body_quat_w"][:, root]), velocity), dtype=float)
 
 
 def read_unitree(path: Path, robot: RobotModel, reference: Reference, network: Path) -> Runner:
@@ -130,7 +140,7 @@ def read_unitree(path: Path, robot: RobotModel, reference: Reference, network: P
     # Gains stand in the order of the motors, everything else in the policy's own.
     place = ids if len(kp) == len(robot.joint_names) else [sorted(ids).index(i) for i in ids]
     joints = tuple(robot.joint_names[i] for i in ids)
-    contract = _contract(
+    contract = contract_for(
         robot, joints, _rows(terms, len(joints), str(path)), robot.profile.anchor, dt, str(path),
         default_joint_pos=default, kp=kp[place], kd=kd[place], action_scale=np.broadcast_to(scale, default.shape),
     )  # fmt: skip
@@ -142,23 +152,31 @@ def read_unitree(path: Path, robot: RobotModel, reference: Reference, network: P
         rows = [session.run([result], {entry: o[None]})[0][0] for o in observation]
         return np.asarray(rows, dtype=np.float64)
 
-    return Runner(contract, policy, motion_of(_picked(reference, joints), contract))
+    return Runner(contract, policy, motion_of(reordered(reference, joints), contract))
 
 
-def with_gains(robot: RobotModel, contract: Contract) -> RobotModel:
-    """The robot with a policy's servo gains; joints that the policy does not know keep their own."""
-    import copy
+def contract_for(
+    robot: RobotModel,
+    joints: tuple[str, ...],
+    rows: tuple[Row, ...],
+    anchor: str,
+    dt: float,
+    source: str,
+    more: Mapping[str, Any] = MappingProxyType({}),
+    **arrays: Float[ndarray, "_"],
+) -> Contract:
+    """The contract of a policy that another tool trained.
 
-    ids, model = [robot.joint(name) for name in contract.joint_names], copy.copy(robot.model)
-    kp, kd = robot.kp.copy(), robot.kd.copy()
-    kp[ids], kd[ids] = contract.kp, contract.kd
-    model.actuator_gainprm[:, 0], model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = kp, -kp, -kd
-    return replace(robot, model=model, kp=kp, kd=kd)
-
-
-def _contract(
-    robot: RobotModel, joints: tuple[str, ...], rows: tuple[Row, ...], anchor: str, dt: float, source: str, **arrays: Any
-) -> Contract:  # fmt: skip
+    Args:
+        robot: its robot, which knows what the policy's files do not say: efforts, limits, the way to the anchor.
+        joints: the policy's, in its order.
+        rows: what it observes.
+        anchor: name of the body.
+        dt: control period [s].
+        source: where it was read, for messages.
+        more: further fields of the contract.
+        arrays: gains, default pose and the like, one number per joint.
+    """
     missing = sorted(set(joints) - set(robot.joint_names))
     if missing:
         raise TrackingError(
@@ -173,6 +191,11 @@ def _contract(
             )
     reach = robot.effort[ids] / arrays["kp"]
     stand_kp, stand_kd = standing_gains(robot)
+    besides = {
+        "target": FROM_DEFAULT,
+        "target_lower": robot.lower[ids] - reach,
+        "target_upper": robot.upper[ids] + reach,
+    }
     return Contract(
         robot=robot.name,
         robot_hash="",
@@ -185,15 +208,12 @@ def _contract(
         upper=robot.upper[ids],
         stand_kp=stand_kp[ids],
         stand_kd=stand_kd[ids],
-        target=FROM_DEFAULT,
-        target_lower=robot.lower[ids] - reach,
-        target_upper=robot.upper[ids] + reach,
         anchor=anchor,
         anchor_chain=anchor_chain(robot, anchor, joints),
         observation=rows,
         delay_trained_with_s=(0.0, 0.0),
         source=source,
-        **arrays,
+        **{**besides, **arrays, **more},
     )
 
 
@@ -255,7 +275,7 @@ def _reference(robot: RobotModel, contract: Contract, motion: Motion, source: st
     )  # fmt: skip
 
 
-def _picked(reference: Reference, joints: Sequence[str]) -> Reference:
+def reordered(reference: Reference, joints: Sequence[str]) -> Reference:
     """The same motion with its joints in another order."""
     order = [reference.joint_names.index(name) for name in joints]
     return replace(

@@ -1,12 +1,16 @@
-"""Servo gains that stand without a policy."""
+"""Servo gains: a policy's, which robot and task take from its contract, and those that stand without a policy."""
 
 from __future__ import annotations
+
+import copy
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models import FEET, RobotModel
+from tracking.policy.contract import Contract
 
 # Hip, knee and ankle bend one after another: three springs in a row are a third as stiff as one.
 _MARGIN = 3.0 * 1.3
@@ -46,3 +50,12 @@ def _joints_to(robot: RobotModel, body: str) -> set[int]:
         joints |= {robot.joint(m.joint(first + k).name) for k in range(m.body_jntnum[at])}
         at = int(m.body_parentid[at])
     return joints
+
+
+def with_gains(robot: RobotModel, contract: Contract) -> RobotModel:
+    """The robot with a policy's servo gains; joints that the policy does not know keep their own."""
+    ids, model = [robot.joint(name) for name in contract.joint_names], copy.copy(robot.model)
+    kp, kd = robot.kp.copy(), robot.kd.copy()
+    kp[ids], kd[ids] = contract.kp, contract.kd
+    model.actuator_gainprm[:, 0], model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = kp, -kp, -kd
+    return replace(robot, model=model, kp=kp, kd=kd)

@@ -9,7 +9,7 @@ import pytest
 
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
-from tracking.policy.standing_gains import standing_gains
+from tracking.policy.gains import standing_gains
 
 ROBOTS = pytest.mark.parametrize("name", ["dancer", "g1"])
 

@@ -1,0 +1,77 @@
+"""What a policy performs: the tables of a reference, by frame, as its runner looks them up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips import Reference
+from robot_models.maths import rotation as rot
+from tracking.errors import TrackingError
+from tracking.policy.contract import FROM_REFERENCE, FROM_ZERO, Contract
+from tracking.policy.feed_forward import joint_targets
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motion:
+    """What the policy performs, by frame, joints in the policy's order."""
+
+    joint_pos: Float[ndarray, "T J"]  # [rad]
+    joint_vel: Float[ndarray, "T J"]  # [rad/s]
+    root_pos: Float[ndarray, "T 3"]  # [m]
+    root_quat: Float[ndarray, "T 4"]
+    anchor_pos: Float[ndarray, "T 3"]  # [m]
+    anchor_quat: Float[ndarray, "T 4"]
+    targets: Float[ndarray, "T J"]  # of the servos, without the policy [rad]
+    root_lin_vel: Float[ndarray, "T 3"]  # root body [m/s]
+    root_ang_vel: Float[ndarray, "T 3"]  # root body [rad/s]
+    start: int = 0  # the dance's first frame, after the lead-in
+
+
+def _check_performs(reference: Reference, contract: Contract) -> None:
+    for name, told, found in (
+        ("joint_names", contract.joint_names, reference.joint_names),
+        ("control_dt", contract.control_dt, 1.0 / reference.fps),
+    ):
+        if found != told:
+            raise TrackingError(
+                f"reference, {name}", found=str(found)[:60], expected=f"{str(told)[:60]}, as in the contract"
+            )
+    if contract.anchor not in reference.body_names:
+        raise TrackingError("reference, body_names", found=f"no {contract.anchor}", expected="the contract's anchor")
+
+
+def motion_of(reference: Reference, contract: Contract) -> Motion:
+    """The tables of a reference that a policy of our own performs.
+
+    Raises:
+        TrackingError: its joints, their order or its rate are not the contract's.
+    """
+    _check_performs(reference, contract)
+    anchor = reference.body_names.index(contract.anchor)
+    to_root = rot.conjugate(np.asarray(reference.body_quat_w[:, 0], dtype=float))
+    return Motion(
+        joint_pos=np.asarray(reference.joint_pos, dtype=float),
+        joint_vel=np.asarray(reference.joint_vel, dtype=float),
+        root_pos=np.asarray(reference.body_pos_w[:, 0], dtype=float),
+        root_quat=np.asarray(reference.body_quat_w[:, 0], dtype=float),
+        anchor_pos=np.asarray(reference.body_pos_w[:, anchor], dtype=float),
+        anchor_quat=np.asarray(reference.body_quat_w[:, anchor], dtype=float),
+        targets=_targets(reference, contract),
+        root_lin_vel=rot.rotate(to_root, np.asarray(reference.body_lin_vel_w[:, 0], dtype=float)),
+        root_ang_vel=rot.rotate(to_root, np.asarray(reference.body_ang_vel_w[:, 0], dtype=float)),
+        start=reference.dance.start,
+    )
+
+
+def _targets(reference: Reference, contract: Contract) -> Float[ndarray, "T J"]:
+    """What the scaled action is added to, by frame."""
+    if contract.target == FROM_REFERENCE:
+        return joint_targets(reference, contract)
+    if contract.target == FROM_ZERO:
+        return np.zeros(reference.joint_pos.shape)
+    share = np.array(contract.feed_forward or np.zeros(len(contract.joint_names)))
+    return contract.default_joint_pos + share * contract.kd / contract.kp * np.asarray(reference.joint_vel, dtype=float)
