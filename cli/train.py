@@ -87,10 +87,12 @@ def _announce(console: Console, chosen: Selection, folder: Path) -> None:
 
 
 def _train(args: Arguments, chosen: Selection, folder: Path, follows: bool) -> Run:
-    from tracking import train
+    from tracking import teach, train
 
-    with progress("steps") as tell:
-        return train(
-            chosen.robot, chosen.pieces, folder, args.config(), resume=args.resume,
-            progress=silent if follows else tell,
-        )  # fmt: skip
+    with progress("steps" if args.teacher is None else "labels") as tell:
+        told = silent if follows else tell
+        if args.teacher is None:
+            return train(chosen.robot, chosen.pieces, folder, args.config(), resume=args.resume, progress=told)
+        return teach(
+            chosen.robot, chosen.pieces, folder, args.teacher, args.config(), resume=args.resume, progress=told
+        )

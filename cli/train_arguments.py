@@ -19,6 +19,7 @@ class Arguments:
 
     Examples:
         dance-train --ref out.npz
+        dance-train --ref out.npz --teacher twist2_1017_20k.onnx
         dance-train --ref out.npz --check-ref
         dance-train --ref out.npz --minutes 2
         dance-train --ref out.npz -o runs/groove --resume
@@ -30,6 +31,9 @@ class Arguments:
 
     ref: tuple[Path, ...]
     """The reference (.npz) that dance-retarget wrote; or several of one robot, or a folder of them, for one policy."""
+    teacher: Path | None = None
+    """A tracker that teaches the dance: another lab's ONNX (docs/trackers.md), or a teacher.pt of your own. Minutes instead
+    of hours, and no reward. Its gains become the policy's. Without one the policy finds out by itself."""
     robot: str | None = None
     """Its robot, where the reference's is not a built-in one (path of a profile), or a folder has several robots'."""
     out: Out = None
@@ -71,5 +75,7 @@ class Arguments:
             target=self.target,
             engine=self.engine,
         )
+        if self.teacher is not None and self.steps != TrainConfig.steps:
+            base = replace(base, distillation=replace(base.distillation, samples=self.steps))
         draw = replace(base.task.randomisation, enabled=self.randomisation)
         return replace(base, task=replace(base.task, randomisation=draw))

@@ -52,7 +52,7 @@ def main() -> None:
         trainer, steps = TeacherTrainer(task, config, 0), 0
         if file.exists():
             teacher = load_teacher(file)
-            restore_teacher(trainer, teacher, robot)
+            restore_teacher(trainer, teacher)
             steps = teacher.steps
         minutes = sum(p.reference.duration_s for p in learnt) / 60.0
         print(f"{len(learnt)} references, {minutes:.1f} min; {len(kept)} kept out; at {steps} steps", flush=True)

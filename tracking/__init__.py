@@ -49,7 +49,7 @@ if TYPE_CHECKING:
         replay,
     )
     from tracking.task import TrackingTask
-    from tracking.training import Run, export_bundle, train
+    from tracking.training import Run, export_bundle, teach, train
 
 _ROOMS = {
     "engines": ("ENGINES", "engine_names"),
@@ -62,7 +62,7 @@ _ROOMS = {
         "read_contract", "read_golden", "replay",
     ),
     "task": ("TrackingTask",),
-    "training": ("Run", "export_bundle", "train"),
+    "training": ("Run", "export_bundle", "teach", "train"),
 }  # fmt: skip
 _ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
 
@@ -104,6 +104,7 @@ __all__ = [
     "replay",
     "start",
     "sweep",
+    "teach",
     "train",
 ]
 

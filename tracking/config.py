@@ -222,6 +222,26 @@ class TeacherConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
+class DistillationConfig(_Checked):
+    """What a pupil learns of a teacher (DAgger)."""
+
+    samples: int = 0  # labels in all; 0: by the length of the dances
+    per_second: int = 60_000  # labels for each second of them
+    bounds: tuple[int, int] = _range(300_000, 6_000_000)  # of the labels in all
+    evaluate_every: int = 100_000  # labels between evaluations, at least
+    # The same, in control steps of one evaluation: it shall take a tenth of the time.
+    evaluate_share: float = 5.0
+    envs: int = 256
+    steps_per_env: int = 24  # control periods between two rounds of learning
+    driving: tuple[float, float] = (1.0, 0.2)  # share of the episodes in which the teacher drives, first and last
+    driving_until: float = 0.25  # share of the samples over which it falls
+    episode_s: float = 5.0  # longest episode [s]
+    batch: int = 1_024
+    passes: float = 4.0  # over as many labels as are new
+    rate: tuple[float, float] = _range(3e-5, 1e-3)  # of the learning rate, which falls from the higher to the lower
+
+
+@dataclass(frozen=True, kw_only=True)
 class CheckConfig(_Checked):
     """The check of a reference before training, and what weighs it."""
 
@@ -247,6 +267,7 @@ class TrainConfig(_Checked):
     target: float = 0.97  # stop early when this share of rollouts finishes, twice in a row
     task: TaskConfig = field(default_factory=TaskConfig)
     ppo: PpoConfig = field(default_factory=PpoConfig)
+    distillation: DistillationConfig = field(default_factory=DistillationConfig)
 
     def __post_init__(self) -> None:
         super().__post_init__()

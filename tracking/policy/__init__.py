@@ -7,7 +7,7 @@ from tracking.policy.feed_forward import joint_targets, target_range
 from tracking.policy.gains import standing_gains, with_gains
 from tracking.policy.golden_trace import Golden, read_golden, replay, write_golden
 from tracking.policy.measurement import Measurement
-from tracking.policy.motion import Motion, motion_of
+from tracking.policy.motion import Motion, motion_of, one_after_another
 from tracking.policy.network import Policy, onnx_policy
 from tracking.policy.observation_terms import TERMS, row_of
 from tracking.policy.policy_export import write_beyondmimic, write_unitree
@@ -36,6 +36,7 @@ __all__ = [
     "joint_targets",
     "load_bundle",
     "motion_of",
+    "one_after_another",
     "onnx_policy",
     "read_contract",
     "read_golden",

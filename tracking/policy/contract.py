@@ -6,6 +6,7 @@ Nothing here needs a simulator or a trainer.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from itertools import pairwise
 from pathlib import Path
@@ -39,7 +40,7 @@ class Row:
     frame: str
     noise: float = 0.0  # half width of the uniform noise in training, after the scale
     measurable: bool = True  # whether a robot has a sensor for it
-    zeroed: tuple[int, ...] = ()  # places in it that are shown as 0
+    zeroed: Sequence[int] = ()  # places in it that are shown as 0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "zeroed", tuple(self.zeroed))  # a list in files

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import Reference
@@ -28,6 +29,7 @@ class Motion:
     targets: Float[ndarray, "T J"]  # of the servos, without the policy [rad]
     root_lin_vel: Float[ndarray, "T 3"]  # root body [m/s]
     root_ang_vel: Float[ndarray, "T 3"]  # root body [rad/s]
+    last: Int[ndarray, "T"]  # frame at which the reference that each frame is of ends
     start: int = 0  # the dance's first frame, after the lead-in
 
 
@@ -63,8 +65,17 @@ def motion_of(reference: Reference, contract: Contract) -> Motion:
         targets=_targets(reference, contract),
         root_lin_vel=rot.rotate(to_root, np.asarray(reference.body_lin_vel_w[:, 0], dtype=float)),
         root_ang_vel=rot.rotate(to_root, np.asarray(reference.body_ang_vel_w[:, 0], dtype=float)),
+        last=np.full(reference.frames, reference.frames - 1),
         start=reference.dance.start,
     )
+
+
+def one_after_another(motions: Sequence[Motion]) -> Motion:
+    """Several motions as one table, as a task has several references; none goes on into the next."""
+    names = [f.name for f in fields(Motion) if f.name not in ("last", "start")]
+    tables = {name: np.concatenate([getattr(m, name) for m in motions]) for name in names}
+    lengths = [len(m.joint_pos) for m in motions]
+    return Motion(**tables, last=np.repeat(np.cumsum(lengths) - 1, lengths), start=motions[0].start)
 
 
 def _targets(reference: Reference, contract: Contract) -> Float[ndarray, "T J"]:

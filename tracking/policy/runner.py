@@ -36,7 +36,7 @@ class Runner:
                 expected=f"of {', '.join(MEASURES)}",
             )  # fmt: skip
         self.contract, self.motion = contract, motion
-        self._policy = policy
+        self.policy = policy
         self._memory = 1 + max((-row.at for row in contract.observation), default=0)
         joints = len(contract.joint_names)
         self._chain = [
@@ -79,15 +79,15 @@ class Runner:
     @property
     def over(self) -> bool:
         """Whether the motion's last frame is reached."""
-        return bool((self.frame >= len(self.motion.joint_pos) - 1).all())
+        return bool((self.frame >= self.motion.last[self.frame]).all())
 
     def act(self, measured: Measurement) -> Float[ndarray, "N J"]:
         """Servo targets [rad] for the control period that begins now; the motion goes on by one frame."""
         self.measured = [measured.copy() if self._memory > 1 else measured, *self.measured[:-1]]
         self.seen = self.observation()
-        self.last_action = self._policy(self.seen)
+        self.last_action = self.policy(self.seen)
         self.actions = [self.last_action, *self.actions[:-1]]
-        self.frame = np.minimum(self.frame + 1, len(self.motion.joint_pos) - 1)
+        self.frame = np.minimum(self.frame + 1, self.motion.last[self.frame])
         c = self.contract
         target = self.motion.targets[self.frame] + c.action_scale * self.last_action
         self.last_target = np.clip(target, c.target_lower, c.target_upper)
@@ -109,7 +109,7 @@ class Runner:
     def ahead(self, table: Float[ndarray, "T K"], frames: int) -> Float[ndarray, "N K"]:
         """Rows of a table as they are shown some periods on, or were back; the first and the last hold beyond the ends."""
         now = np.maximum(self.frame + frames, self.begun) if frames < 0 else self.frame + frames
-        return table[np.clip(now + self.contract.look_ahead, 0, len(table) - 1)]
+        return table[np.clip(now + self.contract.look_ahead, 0, self.motion.last[self.frame])]
 
     def planar_velocity(self, at: int) -> Float[ndarray, "N 2"]:
         """The motion's velocity in its root's frame, and what is missing in place times a gain, where the place is known."""

@@ -3,9 +3,11 @@
 from tracking.training.actor_export import export_bundle
 from tracking.training.checkpoint import load_checkpoint
 from tracking.training.ppo import Trainer
-from tracking.training.run import CHECKPOINT, CURVES, Run, train
+from tracking.training.run import train
+from tracking.training.run_record import CHECKPOINT, CURVES, Run
 from tracking.training.teacher import TeacherTrainer, teacher_actions, teaching_task
 from tracking.training.teacher_file import Teacher, load_teacher, restore_teacher, save_teacher
+from tracking.training.teaching import teach
 
 __all__ = [
     "CHECKPOINT",
@@ -19,6 +21,7 @@ __all__ = [
     "load_teacher",
     "restore_teacher",
     "save_teacher",
+    "teach",
     "teacher_actions",
     "teaching_task",
     "train",

@@ -38,13 +38,14 @@ class TensorBoard:
         scalars |= {f"failures/{k}": float(v) for k, v in result.causes.items()}
         scalars |= {"episode/length_s": result.episode_s, "policy/std": result.std}
         scalars |= {"policy/learning_rate": result.rate, "policy/kl": result.kl}
-        self._add(scalars, steps)
+        self.scalars(scalars, steps)
 
     def evaluation(self, steps: int, row: Mapping[str, float]) -> None:
         """What an evaluation came to."""
-        self._add({f"evaluation/{name}": value for name, value in row.items()}, steps)
+        self.scalars({f"evaluation/{name}": value for name, value in row.items()}, steps)
 
-    def _add(self, scalars: Mapping[str, float], steps: int) -> None:
+    def scalars(self, scalars: Mapping[str, float], steps: int) -> None:
+        """Numbers by name, after so many steps."""
         if self._writer is not None:
             for name, value in scalars.items():
                 self._writer.add_scalar(name, value, steps)

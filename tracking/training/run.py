@@ -6,40 +6,23 @@ import math
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
 from pathlib import Path
-
-import numpy as np
 
 from robot_models import RobotModel
 from robot_models.maths import Progress, silent
 from tracking.config import PpoConfig, TrainConfig
 from tracking.engines import training_engine
 from tracking.errors import TrackingError
-from tracking.evaluation import Evaluation, evaluate, evaluation_task
 from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256
 from tracking.training.actor_export import export_bundle, torch_policy
 from tracking.training.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.training.curves import TensorBoard, write_curves
 from tracking.training.distributed import join_team
 from tracking.training.ppo import Iteration, Trainer
+from tracking.training.run_record import CHECKPOINT, CURVES, Run, prepare_folder
 from tracking.training.stop_signals import Signals
 
-CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"
 _APART = 10_000  # between the seeds of the processes of a team
-
-
-@dataclass(kw_only=True)
-class Run:
-    """What a run has come to."""
-
-    folder: Path
-    steps: int = 0
-    seconds: float = 0.0
-    curves: list[dict[str, float]] = field(default_factory=list)  # one row per evaluation
-    evaluations: dict[str, Evaluation] = field(default_factory=dict)  # the last, of every piece
-    onnx_difference: float = math.nan
-    stopped: str = ""
 
 
 def train(
@@ -68,7 +51,7 @@ def train(
         team = join_team()
         stack.callback(team.leave)
         if team.is_leader:
-            _prepare(folder, resume)
+            prepare_folder(folder, resume)
         task = TrackingTask(
             robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces],
             envs=team.share(config.envs, "environments"), config=config.task, seed=config.seed + _APART * team.rank,
@@ -96,7 +79,7 @@ def _learn(
     with TensorBoard(run.folder if team.is_leader else None) as board, Signals() as signals:
         if not run.curves:
             _judge(run, trainer, pieces, config, board)
-        run.stopped = team.broadcast(_reason_to_stop(run, config))
+        run.stopped = team.broadcast(run.reason_to_stop(config, config.steps))
         told_to = ""
         while not run.stopped:
             trainer.task.advance_curriculum(run.steps / config.steps)
@@ -109,23 +92,11 @@ def _learn(
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
                 _judge(run, trainer, pieces, config, board)
             told_to = next(filter(None, team.gather(signals.came)), "")  # any process may be told
-            run.stopped = team.broadcast(told_to or _reason_to_stop(run, config))
+            run.stopped = team.broadcast(told_to or run.reason_to_stop(config, config.steps))
         # A run that is told to stop has little time: it saves, and is judged when it is resumed.
         if run.curves[-1]["steps"] != run.steps and not told_to:
             _judge(run, trainer, pieces, config, board)
         _save(run, trainer, config, sha)
-
-
-def _prepare(folder: Path, resume: bool) -> None:
-    if not resume and (folder / CHECKPOINT).exists():
-        raise TrackingError(
-            str(folder), found="a run that is already there", expected="a new folder",
-            cure="name another, or go on with it", option="resume", suggestion=" ",
-        )  # fmt: skip
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as e:
-        raise TrackingError(str(folder), found=f"a folder that cannot be made ({e.strerror})", expected="one") from e
 
 
 def _wanted_kl(c: PpoConfig, run: Run) -> float:
@@ -140,29 +111,11 @@ def _judge(
     """Evaluate on every piece, note the means, save."""
     row: dict[str, float] = {}
     if trainer.team.is_leader:
-        run.evaluations = _evaluated(trainer, pieces, config)
-        row = {"steps": float(run.steps), "minutes": run.seconds / 60.0}
-        # Of several dances the one that is finished least often: a run is over when it is.
-        row["finished"] = min(e.finished for e in run.evaluations.values())
-        for name in ("survived_s", "body_error_mm", "global_error_mm"):
-            row[name] = float(np.mean([getattr(e, name) for e in run.evaluations.values()]))
-        if len(pieces) > 1:
-            row |= {f"finished {name}": e.finished for name, e in run.evaluations.items()}
+        row = run.evaluate(torch_policy(trainer.actor), trainer.task.robot, pieces, config)
     row = trainer.team.broadcast(row)
     run.curves.append(row)
     board.evaluation(run.steps, row)
     _save(run, trainer, config, motion_set_sha256(pieces))
-
-
-def _evaluated(trainer: Trainer, pieces: Sequence[NamedReference], config: TrainConfig) -> dict[str, Evaluation]:
-    each = max(min(config.fewest_rollouts, config.rollouts), config.rollouts // len(pieces))
-    return {
-        piece.name: evaluate(
-            torch_policy(trainer.actor), trainer.task.robot, piece.reference, evaluation_task(config.task),
-            rollouts=each, seed=config.seed + 1000, threads=config.threads,
-        )
-        for piece in pieces
-    }  # fmt: skip
 
 
 def _save(run: Run, trainer: Trainer, config: TrainConfig, sha: str) -> None:
@@ -182,16 +135,6 @@ def _check_finite(result: Iteration, trainer: Trainer, run: Run, config: TrainCo
         f"training step {run.steps}", found=f"{', '.join(sorted(bad))} not finite", expected="finite numbers",
         cure=f"the state is kept in {run.folder / 'diverged.pt'}; lower the learning rate",
     )  # fmt: skip
-
-
-def _reason_to_stop(run: Run, config: TrainConfig) -> str:
-    if len(run.curves) >= 2 and all(row["finished"] >= config.target for row in run.curves[-2:]):
-        return f"target reached: {100 * config.target:.0f} % of rollouts finish"
-    if run.steps >= config.steps:
-        return f"budget of {config.steps} steps used"
-    if run.seconds >= 60.0 * config.minutes:
-        return f"budget of {config.minutes:g} minutes used"
-    return ""
 
 
 def _line(run: Run, result: Iteration) -> str:

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from tensordict import TensorDict
 
 from clips import write_whole
-from robot_models import RobotModel
 from tracking.errors import TrackingError
-from tracking.training.teacher import TeacherTrainer
+from tracking.task import TrackingTask
+from tracking.training.teacher import SymmetricActor, TeacherTrainer, teacher_network
 
 FORMAT_VERSION = 1
 
@@ -26,6 +27,7 @@ class Teacher:
     rows: tuple[str, ...]  # what it sees, in order
     steps: int  # control steps that it has learnt for
     state: dict[str, Any]  # of the algorithm
+    hidden: tuple[int, ...]  # layers of its actor
 
 
 def save_teacher(path: Path, trainer: TeacherTrainer, steps: int, *, optimiser: bool = True) -> None:
@@ -37,7 +39,7 @@ def save_teacher(path: Path, trainer: TeacherTrainer, steps: int, *, optimiser: 
         "format_version": FORMAT_VERSION,
         "robot": task.robot.name,
         "robot_hash": task.robot.hash,
-        "rows": json.dumps(_rows(trainer)),
+        "rows": json.dumps(_rows(trainer.task)),
         "steps": steps,
         "config": json.dumps(asdict(trainer.teacher), sort_keys=True),
         "algorithm": state,
@@ -63,23 +65,45 @@ def load_teacher(path: Path) -> Teacher:
         raise TrackingError(str(path), found="another format", expected=f"teacher version {FORMAT_VERSION}")
     return Teacher(
         robot=told["robot"], robot_hash=told["robot_hash"], rows=tuple(json.loads(told["rows"])), steps=told["steps"],
-        state=told["algorithm"],
+        state=told["algorithm"], hidden=tuple(json.loads(told["config"])["ppo"]["hidden"]),
     )  # fmt: skip
 
 
-def restore_teacher(trainer: TeacherTrainer, teacher: Teacher, robot: RobotModel) -> None:
+def restore_teacher(trainer: TeacherTrainer, teacher: Teacher) -> None:
     """Let a trainer go on from a teacher; without a critic in it, only its actor is taken.
 
     Raises:
         TrackingError: another robot's, or one that sees other things.
     """
-    if (teacher.robot, teacher.robot_hash) != (robot.name, robot.hash):
-        raise TrackingError("teacher", found=f"one of {teacher.robot}", expected=f"{robot.name} as it is now")
-    if list(teacher.rows) != _rows(trainer):
-        raise TrackingError("teacher", found="one that sees other things than this release's", expected="the same rows")
+    _check(teacher, trainer.task)
     whole = "critic_state_dict" in teacher.state
     trainer.algorithm.load(teacher.state, None if whole else {"actor": True}, strict=True)
 
 
-def _rows(trainer: TeacherTrainer) -> list[str]:
-    return [f"{row.name} {row.size}" for row in (*trainer.task.actor.rows, *trainer.task.teacher.rows)]
+def teacher_actor(teacher: Teacher, task: TrackingTask) -> SymmetricActor:
+    """A teacher's actor, for the robots of a task.
+
+    Raises:
+        TrackingError: another robot's, or one that sees other things.
+    """
+    _check(teacher, task)
+    groups = TensorDict({"policy": torch.as_tensor(task.observe_all()[0])}, batch_size=[task.envs])
+    noise = {"class_name": "rsl_rl.modules:GaussianDistribution", "init_std": 1.0, "std_type": "log"}
+    actor: SymmetricActor = teacher_network(task)(
+        groups, {"actor": ["policy"]}, "actor", task.actions, hidden_dims=list(teacher.hidden), activation="elu",
+        obs_normalization=True, distribution_cfg=noise,
+    )  # fmt: skip
+    actor.load_state_dict(teacher.state["actor_state_dict"])
+    return actor.eval()
+
+
+def _check(teacher: Teacher, task: TrackingTask) -> None:
+    robot = task.robot
+    if (teacher.robot, teacher.robot_hash) != (robot.name, robot.hash):
+        raise TrackingError("teacher", found=f"one of {teacher.robot}", expected=f"{robot.name} as it is now")
+    if list(teacher.rows) != _rows(task):
+        raise TrackingError("teacher", found="one that sees other things than this release's", expected="the same rows")
+
+
+def _rows(task: TrackingTask) -> list[str]:
+    return [f"{row.name} {row.size}" for row in (*task.actor.rows, *task.teacher.rows)]

@@ -33,7 +33,9 @@ def parts():
         "anchor_quat",
         "targets",
     )
-    return contract, dataclasses.replace(motion, **{k: getattr(motion, k)[:FRAMES] for k in tables}, start=0)
+    return contract, dataclasses.replace(
+        motion, **{k: getattr(motion, k)[:FRAMES] for k in tables}, last=np.full(FRAMES, FRAMES - 1), start=0
+    )
 
 
 @pytest.fixture

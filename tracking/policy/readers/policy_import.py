@@ -81,6 +81,7 @@ def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) ->
         anchor_quat=motion["body_quat_w"][:, at],
         targets=np.tile(contract.default_joint_pos, (len(motion["joint_pos"]), 1)),
         root_lin_vel=_in_root(rot.linear_velocity(motion["body_pos_w"][:, root], control_dt), motion, root),
+        last=np.full(len(motion["joint_pos"]), len(motion["joint_pos"]) - 1),
         root_ang_vel=_in_root(rot.angular_velocity(motion["body_quat_w"][:, root], control_dt), motion, root),
     )
     outputs = {o.name for o in session.get_outputs()}

@@ -1,0 +1,134 @@
+"""A pupil learns what it is told, in the states that it comes to; a run of teaching goes on exactly where it stopped."""
+
+import dataclasses
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+pytest.importorskip("onnxruntime")
+
+from tracking import TaskConfig, TrackingError, TrackingTask, TrainConfig, load_bundle, teach
+from tracking.config import DistillationConfig, TeacherConfig
+from tracking.policy.bundle import SHIPPED
+from tracking.task import read_named_reference
+from tracking.training import TeacherTrainer, save_teacher, teaching_task
+from tracking.training.distillation import Distillation, TrackerAdviser
+from tracking.training.teaching import LABELS, make_pupil
+
+SMALL = DistillationConfig(samples=6 * 8 * 10, envs=8, steps_per_env=6, batch=32)
+
+
+@pytest.fixture(scope="module")
+def bundle():
+    return load_bundle(SHIPPED / "groove-dancer")
+
+
+@pytest.fixture
+def task(bundle):
+    task = TrackingTask(robot=bundle.robot, reference=bundle.reference, envs=8, config=TaskConfig(), threads=1)
+    yield task
+    task.close()
+
+
+class Constant:
+    """Says always the same."""
+
+    def __init__(self, task, value):
+        self.advice, self.heard, self.restarted = np.full((task.envs, task.actions), value), [], []
+
+    def restart(self, ids):
+        self.restarted.append(ids)
+
+    def advise(self):
+        return self.advice
+
+    def hear(self, action):
+        self.heard.append(action.copy())
+
+
+def test_a_pupil_comes_to_do_what_it_is_told_and_the_teacher_drives_less_and_less(task, tmp_path):
+    torch.manual_seed(0)
+    config = dataclasses.replace(SMALL, samples=6 * 8 * 20, batch=64, passes=40.0, rate=(3e-3, 3e-3))
+    adviser, pupil = Constant(task, 0.3), make_pupil(task, TrainConfig())
+    lesson = Distillation(task, adviser, pupil, config, tmp_path / LABELS)
+    assert lesson.driving == 1.0 and [len(ids) for ids in adviser.restarted] == [8]
+    lesson.iterate()
+    assert all((heard == 0.3).all() for heard in adviser.heard)  # the teacher drives everyone in the beginning
+    first = lesson.loss
+    while lesson.samples < config.samples:
+        lesson.iterate()
+    assert lesson.driving == pytest.approx(0.2) and lesson.loss < 0.2 * first
+    assert not (np.stack(adviser.heard[-6:]) == 0.3).all()
+
+
+def test_a_trackers_advice_asks_for_the_targets_that_it_would_ask_for(bundle, task):
+    """The shipped policy as its own tracker: its advice is its own action."""
+    adviser = TrackerAdviser([bundle.runner], task)
+    ids = np.array([1, 4])
+    task.reset(ids, np.array([100, 200]))
+    adviser.restart(ids)
+    np.testing.assert_array_equal(adviser._runner.frame, task.frame)
+    advice = adviser.advise()
+    inside = (adviser._runner.last_target > bundle.contract.target_lower) & (
+        adviser._runner.last_target < bundle.contract.target_upper
+    )
+    np.testing.assert_allclose(advice[inside], adviser._runner.last_action[inside], atol=1e-9)
+    adviser.hear(np.zeros_like(advice))
+    np.testing.assert_allclose(adviser._runner.actions[0], 0.0, atol=1e-9)  # residuals of the same feed-forward
+
+
+@pytest.fixture(scope="module")
+def teacher(tmp_path_factory, bundle):
+    config = dataclasses.replace(
+        TeacherConfig(), envs=4, critic_hidden=(8,),
+        ppo=dataclasses.replace(TeacherConfig().ppo, hidden=(16, 8), steps_per_env=4, minibatches=2),
+    )  # fmt: skip
+    task = teaching_task(bundle.robot, [bundle.reference], config)
+    path = tmp_path_factory.mktemp("teacher") / "teacher.pt"
+    save_teacher(path, TeacherTrainer(task, config, 0), 0, optimiser=False)
+    task.close()
+    return path
+
+
+CONFIG = TrainConfig(
+    rollouts=2,
+    fewest_rollouts=2,
+    threads=1,
+    distillation=dataclasses.replace(SMALL, samples=480, evaluate_every=240, evaluate_share=0.0),
+)
+
+
+def run(folder, teacher, bundle, **more):
+    piece = read_named_reference(bundle.folder / "reference.npz")
+    return teach(bundle.robot, [piece], folder, teacher, CONFIG, **more)
+
+
+def test_a_run_that_was_told_to_stop_goes_on_exactly_from_its_last_judgement(tmp_path, teacher, bundle):
+    whole = run(tmp_path / "whole", teacher, bundle)
+    assert whole.stopped.startswith("budget") and not (tmp_path / "whole" / LABELS).exists()
+
+    def stop_once(stage, done, total, note=""):
+        if 300 < done < 400:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    stopped = run(tmp_path / "cut", teacher, bundle, progress=stop_once)
+    assert "--resume" in stopped.stopped and len(stopped.curves) == 1
+    resumed = run(tmp_path / "cut", teacher, bundle, resume=True)
+    pick = [[(r["steps"], r["loss"], r["survived_s"]) for r in each.curves] for each in (whole, resumed)]
+    assert pick[0] == pick[1] and len(pick[0]) == 2
+    assert load_bundle(tmp_path / "cut").contract.joint_names == bundle.contract.joint_names
+
+
+def test_what_cannot_be_resumed_is_refused(tmp_path, teacher, bundle):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "checkpoint.pt").write_bytes(b"nothing")
+    with pytest.raises(TrackingError, match="no run of teaching"):
+        run(tmp_path / "run", teacher, bundle, resume=True)
+    with pytest.raises(TrackingError, match="already there"):
+        run(tmp_path / "run", teacher, bundle)
+    with pytest.raises(TrackingError, match="no such file|no teacher"):
+        run(tmp_path / "other", Path("nobody.pt"), bundle)

@@ -1,0 +1,211 @@
+"""A teacher's skill in a small network that sees what a robot can measure: DAgger (Ross et al. 2011).
+
+The pupil dances, the teacher tells what it would have done in every state that the pupil comes to, and the pupil learns
+all that it was told so far. In the beginning the teacher drives, so that there is something to see.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray
+from tensordict import TensorDict
+
+from tracking.config import DistillationConfig
+from tracking.policy import Runner, one_after_another
+from tracking.task import TrackingTask
+from tracking.training.teacher import SymmetricActor, teacher_actions
+
+
+@runtime_checkable
+class Adviser(Protocol):
+    """Tells what a teacher would do with the robots of a task."""
+
+    def restart(self, ids: Int[ndarray, "n"]) -> None:
+        """Some robots have been put elsewhere."""
+
+    def advise(self) -> Float[ndarray, "N J"]:
+        """Its actions in the task's present state, as the task's actions; asked once in every control period."""
+
+    def hear(self, action: Float[ndarray, "N J"]) -> None:
+        """What was done instead."""
+
+
+class TeacherAdviser:
+    """A teacher of our own."""
+
+    def __init__(self, actor: SymmetricActor, task: TrackingTask) -> None:
+        self._actor, self._task = actor, task
+
+    def restart(self, ids: Int[ndarray, "n"]) -> None:
+        """Nothing to do: it has no memory."""
+
+    def advise(self) -> Float[ndarray, "N J"]:
+        """As `Adviser`."""
+        return teacher_actions(self._actor, self._task.observe_all()[0])
+
+    def hear(self, action: Float[ndarray, "N J"]) -> None:
+        """Nothing to do: the task itself shows it the last action."""
+
+
+class TrackerAdviser:
+    """Another tool's tracker; what it asks of the servos is told as the action that asks the same."""
+
+    def __init__(self, runners: Sequence[Runner], task: TrackingTask) -> None:
+        self._task, contract = task, runners[0].contract
+        motion = one_after_another([r.motion for r in runners])
+        self._runner = Runner(contract, runners[0].policy, motion)
+        self._order = np.array([task.robot.joint(name) for name in contract.joint_names])
+        self._runner.start(self._measured())
+        self.restart(np.arange(task.envs))
+
+    def restart(self, ids: Int[ndarray, "n"]) -> None:
+        """As `Adviser`."""
+        self._runner.restart(ids, self._measured().of(ids), self._task.frame[ids])
+
+    def advise(self) -> Float[ndarray, "N J"]:
+        """As `Adviser`."""
+        task = self._task
+        targets = task.targets[task.tables.ahead(task.frame, 1)].copy()
+        own = targets[:, self._order]
+        action = np.zeros_like(targets)
+        action[:, self._order] = (self._runner.act(self._measured()) - own) / task.action_scale[self._order]
+        return action
+
+    def hear(self, action: Float[ndarray, "N J"]) -> None:
+        """As `Adviser`: it remembers what was done as if it had been its own output."""
+        task, runner = self._task, self._runner
+        targets = task.targets[task.tables.ahead(task.frame, 1)] + task.action_scale * action
+        done = (targets[:, self._order] - runner.motion.targets[runner.frame]) / runner.contract.action_scale
+        runner.actions[0][:] = done
+
+    def _measured(self) -> Any:
+        return self._task.measured(noisy=False).picked(self._order)
+
+
+class Distillation:
+    """A pupil that learns from an adviser on a task.
+
+    Args:
+        task: the pupil's, with noise, delays and draws as they shall be; in main memory.
+        adviser: who knows what to do.
+        actor: the pupil, rsl-rl's `MLPModel`.
+        config: all numbers.
+        labels: file for what is told, which a resumed run needs; half a kilobyte to a kilobyte per label.
+        seed: of who drives and of the batches.
+    """
+
+    def __init__(
+        self, task: TrackingTask, adviser: Adviser, actor: Any, config: DistillationConfig, labels: Path, seed: int = 0
+    ) -> None:
+        self.task, self.adviser, self.actor, self.config = task, adviser, actor, config
+        self.rng = np.random.default_rng(seed)
+        self.samples, self.loss = 0, float("nan")
+        self._optimiser = torch.optim.Adam(actor.mlp.parameters(), lr=config.rate[1])
+        self._columns = np.cumsum((task.actor.size, task.actions))
+        room = config.samples + config.steps_per_env * task.envs
+        self.shape = [room, int(self._columns[-1])]
+        kept = labels.is_file() and labels.stat().st_size == 4 * self.shape[0] * self.shape[1]
+        self._labels = np.memmap(labels, np.float32, mode="r+" if kept else "w+", shape=tuple(self.shape))  # seen, told
+        self._age = np.zeros(task.envs)
+        self._driven = np.ones(task.envs, dtype=bool)  # by the teacher, for this episode
+        self.begin_anew()
+
+    def iterate(self) -> dict[str, int]:
+        """Let the robots dance for some control periods, then learn; returns failures by cause."""
+        c, causes = self.config, dict[str, int]()
+        self.actor.eval()
+        for _ in range(c.steps_per_env):
+            seen, advice = self.task.observe()[0], self.adviser.advise()
+            self._remember(seen, advice)
+            action = np.where(self._driven[:, None], advice, self._acts(seen))
+            self.adviser.hear(action)
+            result = self.task.step(action)
+            self._age += 1
+            for name, failed in result.causes.items():
+                causes[name] = causes.get(name, 0) + int(failed.sum())
+            self._begin_some_anew(result.terminated | result.truncated | (self._age * self.task.dt >= c.episode_s))
+        self._learn()
+        return causes
+
+    @property
+    def driving(self) -> float:
+        """Share of the episodes in which the teacher drives now."""
+        c = self.config
+        part = min(1.0, self.samples / max(1.0, c.driving_until * c.samples))
+        return c.driving[0] + (c.driving[1] - c.driving[0]) * part
+
+    def _acts(self, seen: Float[ndarray, "N A"]) -> Float[ndarray, "N J"]:
+        with torch.inference_mode():
+            groups = TensorDict({"policy": torch.as_tensor(seen)}, batch_size=[len(seen)])
+            return np.asarray(self.actor(groups).numpy(), dtype=np.float64)
+
+    def _remember(self, seen: Float[ndarray, "N A"], advice: Float[ndarray, "N J"]) -> None:
+        self._labels[self.samples : self.samples + len(seen)] = np.concatenate((seen, advice), axis=1)
+        self.samples += len(seen)
+
+    def begin_anew(self) -> None:
+        """Put all robots elsewhere: what follows depends on `state_dict` alone."""
+        self._begin_some_anew(np.ones(self.task.envs, dtype=bool))
+
+    def state_dict(self) -> dict[str, Any]:
+        """All that a resumed run needs besides the file of labels, in tensors and plain values."""
+        generators = {"own": self.rng.bit_generator.state, "task": self.task.rng.bit_generator.state}
+        return {
+            "actor": self.actor.state_dict(),
+            "optimiser": self._optimiser.state_dict(),
+            "samples": self.samples,
+            "labels": self.shape,
+            "generators": json.dumps(generators),
+            "pushes": torch.from_numpy(self.task.pushes.wait.copy()),
+            "failures": torch.from_numpy(self.task.starts.failures.copy()),
+            "visits": torch.from_numpy(self.task.starts.visits.copy()),
+        }
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go on from a saved state."""
+        self.actor.load_state_dict(state["actor"])
+        self._optimiser.load_state_dict(state["optimiser"])
+        self.samples, generators = state["samples"], json.loads(state["generators"])
+        self.task.pushes.wait[:] = state["pushes"].numpy()
+        self.task.starts.failures, self.task.starts.visits = (state[k].numpy().copy() for k in ("failures", "visits"))
+        self.rng.bit_generator.state, self.task.rng.bit_generator.state = generators["own"], generators["task"]
+        self.begin_anew()
+
+    def _begin_some_anew(self, ended: Bool[ndarray, "N"]) -> None:
+        ids = np.flatnonzero(ended)
+        if len(ids):
+            self.task.reset(ids)
+            self.adviser.restart(ids)
+            self._age[ids] = 0.0
+            self._driven[ids] = self.rng.random(len(ids)) < self.driving
+
+    def _learn(self) -> None:
+        c, fresh, size = self.config, self.config.steps_per_env * self.task.envs, int(self._columns[0])
+        part = min(1.0, self.samples / c.samples)
+        if part < c.driving_until:  # what comes later is seen through the same glasses
+            self.actor.train()
+            self.actor.obs_normalizer.update(
+                torch.from_numpy(self._labels[self.samples - fresh : self.samples, :size].copy())
+            )
+            self.actor.eval()
+        low, high = c.rate
+        for group in self._optimiser.param_groups:
+            group["lr"] = low + (high - low) * 0.5 * (1.0 + math.cos(math.pi * part))
+        losses = []
+        for _ in range(max(1, round(c.passes * fresh / c.batch))):
+            label = torch.from_numpy(self._labels[self.rng.integers(0, self.samples, size=c.batch)])
+            groups = TensorDict({"policy": label[:, :size]}, batch_size=[c.batch])
+            loss = ((self.actor(groups) - label[:, size:]) ** 2).mean()
+            self._optimiser.zero_grad()
+            loss.backward()
+            self._optimiser.step()
+            losses.append(float(loss.detach()))
+        self.loss = float(np.mean(losses))

@@ -1,0 +1,85 @@
+"""What a run of learning has come to so far: its curves and evaluations, and whether there is a reason to stop."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from robot_models import RobotModel
+from tracking.config import TrainConfig
+from tracking.errors import TrackingError
+from tracking.evaluation import Evaluation, evaluate, evaluation_task
+from tracking.policy import Policy
+from tracking.task import NamedReference
+
+CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"
+
+
+@dataclass(kw_only=True)
+class Run:
+    """What a run has come to."""
+
+    folder: Path
+    steps: int = 0
+    seconds: float = 0.0
+    curves: list[dict[str, float]] = field(default_factory=list)  # one row per evaluation
+    evaluations: dict[str, Evaluation] = field(default_factory=dict)  # the last, of every piece
+    onnx_difference: float = math.nan
+    stopped: str = ""
+
+    def evaluate(
+        self, policy: Policy, robot: RobotModel, pieces: Sequence[NamedReference], config: TrainConfig
+    ) -> dict[str, float]:
+        """Judge a policy on every piece, on robots that no earlier evaluation had; returns a row of curves."""
+        each = max(min(config.fewest_rollouts, config.rollouts), config.rollouts // len(pieces))
+        self.evaluations = {
+            piece.name: evaluate(
+                policy, robot, piece.reference, evaluation_task(config.task), rollouts=each,
+                seed=config.seed + 1000 + len(self.curves), threads=config.threads,
+            )
+            for piece in pieces
+        }  # fmt: skip
+        row = {"steps": float(self.steps), "minutes": self.seconds / 60.0}
+        # Of several dances the one that is finished least often: a run is over when it is.
+        row["finished"] = min(e.finished for e in self.evaluations.values())
+        row["stood"] = min(e.stood for e in self.evaluations.values())
+        for name in ("survived_s", "stood_s", "body_error_mm", "global_error_mm"):
+            row[name] = float(np.mean([getattr(e, name) for e in self.evaluations.values()]))
+        if len(pieces) > 1:
+            row |= {f"finished {name}": e.finished for name, e in self.evaluations.items()}
+        return row
+
+    def reached(self, config: TrainConfig) -> bool:
+        """Whether enough rollouts finished, twice in a row."""
+        return len(self.curves) >= 2 and all(row["finished"] >= config.target for row in self.curves[-2:])
+
+    def reason_to_stop(self, config: TrainConfig, steps: int) -> str:
+        """Why there is no need to go on, "" where there is; `steps` is the budget."""
+        if self.reached(config):
+            return f"target reached: {100 * config.target:.0f} % of rollouts finish"
+        if self.steps >= steps:
+            return f"budget of {steps} steps used"
+        if self.seconds >= 60.0 * config.minutes:
+            return f"budget of {config.minutes:g} minutes used"
+        return ""
+
+
+def prepare_folder(folder: Path, resume: bool) -> None:
+    """Make a run's folder.
+
+    Raises:
+        TrackingError: a run is already there, and shall not go on; or the folder cannot be made.
+    """
+    if not resume and (folder / CHECKPOINT).exists():
+        raise TrackingError(
+            str(folder), found="a run that is already there", expected="a new folder",
+            cure="name another, or go on with it", option="resume", suggestion=" ",
+        )  # fmt: skip
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as e:
+        raise TrackingError(str(folder), found=f"a folder that cannot be made ({e.strerror})", expected="one") from e

@@ -1,0 +1,174 @@
+"""A dance taught by a tracker, without a reward: `train` for who has a teacher, in minutes where PPO takes hours."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import torch
+from tensordict import TensorDict
+
+from clips import write_whole
+from robot_models import RobotModel
+from robot_models.maths import Progress, silent
+from tracking.config import DistillationConfig, TrainConfig
+from tracking.errors import TrackingError
+from tracking.policy import read_tracker, with_gains
+from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256
+from tracking.training.actor_export import export_bundle, torch_policy
+from tracking.training.curves import TensorBoard, write_curves
+from tracking.training.distillation import Adviser, Distillation, TeacherAdviser, TrackerAdviser
+from tracking.training.distributed import Team
+from tracking.training.ppo import make_algorithm
+from tracking.training.run_record import CHECKPOINT, CURVES, Run, prepare_folder
+from tracking.training.stop_signals import Signals
+from tracking.training.teacher_file import load_teacher, teacher_actor
+
+LABELS, FORMAT_VERSION = "labels.bin", 1
+
+
+def teach(
+    robot: RobotModel,
+    pieces: Sequence[NamedReference],
+    folder: Path,
+    teacher: Path,
+    config: TrainConfig,
+    *,
+    resume: bool = False,
+    progress: Progress = silent,
+) -> Run:
+    """Teach one policy one or several references until it reaches the target or the budget ends; saves as it goes.
+
+    Args:
+        robot: the robot; its gains become the teacher's.
+        pieces: what to imitate.
+        folder: where checkpoint, curves, TensorBoard events and bundles go.
+        teacher: a tracker.
+        config: all numbers; `steps` is the budget in labels where it is not the default.
+        resume: go on from the folder's checkpoint.
+        progress: told after every round.
+
+    Raises:
+        TrackingError: no tracker, or the run cannot be resumed.
+    """
+    with ExitStack() as stack:
+        prepare_folder(folder, resume)
+        robot, make_adviser = _teacher(teacher, robot, pieces)
+        distil = _budget(config, pieces)
+        task = TrackingTask(
+            robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces],
+            envs=distil.envs, config=config.task, seed=config.seed, threads=config.threads,
+        )  # fmt: skip
+        stack.callback(task.close)
+        torch.manual_seed(config.seed)
+        torch.set_num_threads(Team().threads(config.threads))
+        run, actor = Run(folder=folder), make_pupil(task, config)
+        lesson = Distillation(task, make_adviser(task), actor, distil, folder / LABELS, config.seed)
+        if resume:
+            _restore(run, lesson, pieces)
+        else:
+            _save(run, lesson, config, pieces)
+        _learn(run, lesson, pieces, config, progress)
+        if run.reached(config) or run.steps >= distil.samples:  # there is nothing left to go on with
+            (folder / LABELS).unlink()
+        run.onnx_difference = max(export_bundle(bundle_folder(folder, p, pieces), actor, task, p) for p in pieces)
+    return run
+
+
+def make_pupil(task: TrackingTask, config: TrainConfig) -> Any:
+    """A new actor for a task, the same as PPO begins with."""
+    seen, critic = task.observe()
+    groups = {"policy": torch.as_tensor(seen), "critic": torch.as_tensor(critic)}
+    observation = TensorDict(groups, batch_size=[task.envs], device="cpu")
+    return make_algorithm(observation, task, config.ppo, Team()).get_policy()
+
+
+def _teacher(
+    teacher: Path, robot: RobotModel, pieces: Sequence[NamedReference]
+) -> tuple[RobotModel, Callable[[TrackingTask], Adviser]]:
+    """The robot with the teacher's gains, and what makes an adviser for a task of it."""
+    if teacher.suffix == ".onnx":
+        runners = [read_tracker(teacher, robot, piece.reference) for piece in pieces]
+        return with_gains(robot, runners[0].contract), lambda task: TrackerAdviser(runners, task)
+    told = load_teacher(teacher)
+    return robot, lambda task: TeacherAdviser(teacher_actor(told, task), task)
+
+
+def _budget(config: TrainConfig, pieces: Sequence[NamedReference]) -> DistillationConfig:
+    c, seconds = config.distillation, sum(p.reference.duration_s for p in pieces)
+    by_length = round(min(c.bounds[1], max(c.bounds[0], c.per_second * seconds)))
+    return replace(c, samples=c.samples or by_length)
+
+
+def _learn(
+    run: Run, lesson: Distillation, pieces: Sequence[NamedReference], config: TrainConfig, progress: Progress
+) -> None:
+    """Rounds of dancing, listening and learning, and judgements, until there is a reason to stop."""
+    began, budget = time.perf_counter() - run.seconds, lesson.config.samples
+    frames = sum(p.reference.frames for p in pieces) * max(config.fewest_rollouts, config.rollouts // len(pieces))
+    every = max(lesson.config.evaluate_every, round(lesson.config.evaluate_share * frames))
+    with TensorBoard(run.folder) as board, Signals() as signals:
+        run.stopped = run.reason_to_stop(config, budget)
+        while not run.stopped:
+            causes = lesson.iterate()
+            before, run.steps, run.seconds = run.steps, lesson.samples, time.perf_counter() - began
+            board.scalars({"teaching/loss": lesson.loss, "teaching/driving": lesson.driving}, run.steps)
+            board.scalars({f"failures/{name}": count for name, count in causes.items()}, run.steps)
+            progress("teach", run.steps, budget, _line(run, lesson))
+            if signals.came:
+                run.stopped = f"{signals.came}; --resume goes on from the last judgement"
+            elif run.steps // every > before // every or run.steps >= budget:
+                row = run.evaluate(torch_policy(lesson.actor), lesson.task.robot, pieces, config)
+                run.curves.append(row | {"loss": lesson.loss})
+                board.evaluation(run.steps, row)
+                _save(run, lesson, config, pieces)
+                run.stopped = run.reason_to_stop(config, budget)
+
+
+def _save(run: Run, lesson: Distillation, config: TrainConfig, pieces: Sequence[NamedReference]) -> None:
+    """Everything that a resumed run needs; from here on both begin alike."""
+    state = {
+        "format_version": FORMAT_VERSION,
+        "lesson": lesson.state_dict(),
+        "config": json.dumps(asdict(config), sort_keys=True),
+        "reference_sha256": motion_set_sha256(pieces),
+        "progress": json.dumps({"steps": run.steps, "seconds": run.seconds, "curves": run.curves}),
+    }
+    with write_whole(run.folder / CHECKPOINT) as stream:
+        torch.save(state, stream)
+    if run.curves:
+        write_curves(run.folder / CURVES, run.curves)
+    lesson.begin_anew()
+
+
+def _restore(run: Run, lesson: Distillation, pieces: Sequence[NamedReference]) -> None:
+    path = run.folder / CHECKPOINT
+    try:
+        state = torch.load(path, weights_only=True, map_location="cpu")
+        lesson_state = state["lesson"]
+    except Exception as e:  # torch raises a different type for every way in which a file can be broken
+        raise TrackingError(
+            str(path), found=f"no run of teaching ({type(e).__name__})", expected="the checkpoint of one",
+            cure="resume with the teacher that the run began with",
+        ) from e  # fmt: skip
+    if state["reference_sha256"] != motion_set_sha256(pieces) or lesson_state["labels"] != lesson.shape:
+        raise TrackingError(
+            str(path), found="a run on other references, or with another budget", expected="what it began with",
+            cure="name the same --ref and --steps",
+        )  # fmt: skip
+    told = json.loads(state["progress"])
+    run.steps, run.seconds, run.curves = told["steps"], told["seconds"], told["curves"]
+    lesson.load_state_dict(lesson_state)
+
+
+def _line(run: Run, lesson: Distillation) -> str:
+    told = f"loss {lesson.loss:.4f}, teacher drives {100 * lesson.driving:.0f} %"
+    if not run.curves:
+        return told
+    last = run.curves[-1]
+    return f"{told}, last judged {last['survived_s']:.1f} s, {100 * last['finished']:.0f} % finish"
