@@ -10,22 +10,20 @@ import argparse
 import csv
 import time
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from clips import MetricKey
 from robot_models import load_robot
-from tracking import TaskConfig, TeacherConfig
-from tracking.evaluation import Standing, evaluation_task, judge_standing
-from tracking.task import NamedReference, TrackingTask, read_named_reference
+from tracking import TeacherConfig
+from tracking.evaluation import Standing
+from tracking.task import NamedReference, read_named_reference
 from tracking.training import (
     TeacherTrainer,
     load_teacher,
     restore_teacher,
     save_teacher,
-    teacher_actions,
     teaching_task,
 )
 
@@ -66,7 +64,9 @@ def main() -> None:
                 rate = (steps - before) / (time.time() - began)
                 row = {"steps": steps, "failures_per_s": failed / ((steps - since) * task.dt), "steps_per_s": rate}
                 some = learnt[:: max(1, len(learnt) // 12)]
-                row |= _told("learnt", _judge(trainer, some)) | _told("kept", _judge(trainer, kept))
+                row |= _told("learnt", judge_teacher(trainer.actor, robot, some)) | _told(
+                    "kept", judge_teacher(trainer.actor, robot, kept)
+                )
                 _append(args.folder / "curve.csv", row)
                 failed, since = 0, steps
 
@@ -82,14 +82,6 @@ def _references(paths: list[Path], kept_out: list[str]) -> tuple[list[NamedRefer
             continue
         (kept if any(name in piece.name for name in kept_out) else learnt).append(piece)
     return learnt, kept
-
-
-def _judge(trainer: TeacherTrainer, references: list[NamedReference]) -> list[Standing]:
-    def act(task: TrackingTask) -> np.ndarray:
-        return teacher_actions(trainer.actor, task.observe_all()[0])
-
-    config = evaluation_task(replace(TaskConfig(), starts=trainer.teacher.starts))
-    return judge_standing(act, trainer.task.robot, references, config)
 
 
 def _told(group: str, found: list[Standing]) -> dict[str, float]:

@@ -85,6 +85,7 @@ class StartConfig(_Checked):
     opening: float = 0.1  # share that begins at the dance's first frame, as evaluations do
     failed: float = 0.5  # share that begins shortly before a frame where a robot failed
     before: float = 1.0  # how long before it, at most [s]
+    focus: float = 0.6  # share of the references in focus, where there are some
     remembered: int = 1000  # failures
     # How much less or more often than by its length a reference of several is practised, by how often robots fail in it.
     favour: tuple[float, float] = _range(0.3, 3.0)
@@ -222,6 +223,17 @@ class TeacherConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
+class FocusConfig(_Checked):
+    """A teacher that goes on with its own optimisation, a new dance in most of its episodes."""
+
+    kl: float = 0.03
+    evaluate_every: int = 400_000  # control steps
+    stands: float = 0.97  # share of two-second stands along the dance, and of its seconds, with which it is known
+    patience: int = 5  # evaluations without a better one, after which there is nothing to wait for
+    most_steps: int = 12_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
 class DistillationConfig(_Checked):
     """What a pupil learns of a teacher (DAgger)."""
 
@@ -268,6 +280,7 @@ class TrainConfig(_Checked):
     task: TaskConfig = field(default_factory=TaskConfig)
     ppo: PpoConfig = field(default_factory=PpoConfig)
     distillation: DistillationConfig = field(default_factory=DistillationConfig)
+    focus: FocusConfig = field(default_factory=FocusConfig)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -10,6 +10,7 @@ from tracking.task.motion_set import (
     select_references,
 )
 from tracking.task.randomisation import draw_robots
+from tracking.task.rehearsal_set import read_rehearsal_set, write_rehearsal_set
 from tracking.task.rewards import beyond_soft_limits, reward_terms
 from tracking.task.symmetry import Reflection, Symmetry, symmetry_of
 from tracking.task.tracking_errors import FALLS, compare
@@ -30,7 +31,9 @@ __all__ = [
     "draw_robots",
     "motion_set_sha256",
     "read_named_reference",
+    "read_rehearsal_set",
     "reward_terms",
     "select_references",
     "symmetry_of",
+    "write_rehearsal_set",
 ]

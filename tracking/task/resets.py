@@ -82,6 +82,14 @@ class ResetSampler:
         start = xp.where(kind < self._shares[0], opening, start)
         return xp.minimum(start, self._latest[start])
 
+    def state_dict(self) -> dict[str, Array]:
+        """What it remembers."""
+        return {"failures": self.failures, "visits": self.visits}
+
+    def load_state_dict(self, state: dict[str, Array]) -> None:
+        """Remember what was saved."""
+        self.failures, self.visits = state["failures"], state["visits"]
+
     def _practised(self, drawn: Float[Array, "n"]) -> Int[Array, "n"]:
         """Which remembered failures to practise, by numbers drawn from [0, 1)."""
         xp = array_namespace(drawn)
@@ -94,3 +102,51 @@ class ResetSampler:
         share = self._lengths * xp.clip(rate, *self._favour) / xp.clip(count, 1, None)
         summed = xp.cumsum(share[reference], 0)
         return xp.clip(xp.searchsorted(summed, drawn * summed[-1]), 0, len(self.failures) - 1)
+
+
+class FocusedSampler:
+    """Begins a share of the episodes in the first references, and the rest in any; each part learns from its failures."""
+
+    def __init__(
+        self,
+        tables: ReferenceTables,
+        dt: float,
+        config: StartConfig,
+        first: int,
+        to_device: Callable[[ndarray], Array] = np.asarray,
+    ) -> None:
+        """As the class says.
+
+        Args:
+            tables: the references, in main memory.
+            dt: control period [s].
+            config: how episodes begin; `focus` is the share.
+            first: how many references are in focus.
+            to_device: brings arrays to where the task computes.
+        """
+        count = len(tables.openings)
+        self._all = ResetSampler(tables, dt, config, [1.0] * count, to_device)
+        ours = tables.only(first)
+        self._focused, self._frames = ResetSampler(ours, dt, config, [1.0] * first, to_device), len(ours.first)
+        self._share = config.focus
+
+    def record(self, frames: Int[Array, "N"], failed: Int[Array, "n"]) -> None:
+        """Remember where robots are, and where some failed."""
+        self._all.record(frames, failed)
+        self._focused.record(frames[frames < self._frames], failed[failed < self._frames])
+
+    def draw(self, count: int, rng: Rng) -> Int[Array, "count"]:
+        """Start frames of so many episodes."""
+        focused, anywhere = self._focused.draw(count, rng), self._all.draw(count, rng)
+        return array_namespace(focused).where(rng.random(count) < self._share, focused, anywhere)
+
+    def state_dict(self) -> dict[str, Array]:
+        """What it remembers."""
+        return self._all.state_dict() | {f"focused {k}": v for k, v in self._focused.state_dict().items()}
+
+    def load_state_dict(self, state: dict[str, Array]) -> None:
+        """Remember what was saved."""
+        self._all.load_state_dict(state)
+        self._focused.load_state_dict(
+            {k.removeprefix("focused "): v for k, v in state.items() if k.startswith("focused ")}
+        )

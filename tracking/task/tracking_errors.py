@@ -76,6 +76,15 @@ class ReferenceTables:
         """Places so many frames on; the last frame of a reference holds beyond its end."""
         return array_namespace(frame).minimum(frame + frames, self.last[frame])
 
+    def only(self, references: int) -> ReferenceTables:
+        """The tables of the first references alone."""
+        some, frames = copy.copy(self), int(self.last[self.openings[references - 1]]) + 1
+        for name, value in vars(self).items():
+            if isinstance(value, ndarray) and len(value) == self.frames:
+                setattr(some, name, value[:frames])
+        some.frames, some.openings = frames, self.openings[:references]
+        return some
+
     def in_anchor(self) -> InAnchor:
         """What the reference's bodies do, seen from its anchor."""
         to_anchor = rot.conjugate(self.quat[:, self.anchor])

@@ -20,7 +20,7 @@ from tracking.engines import Engine, MujocoBatch
 from tracking.policy import Measurement, joint_targets, target_range
 from tracking.task.observations import TaskState, actor_table, privileged_table, teacher_table
 from tracking.task.randomisation import Pushes, draw_robots
-from tracking.task.resets import ResetSampler
+from tracking.task.resets import FocusedSampler, ResetSampler
 from tracking.task.rewards import beyond_soft_limits, reward_terms
 from tracking.task.tracking_errors import ReferenceTables, TrackingErrors, compare, failures
 
@@ -53,6 +53,7 @@ class TrackingTask:
     threads: int = 0
     engine: Engine = MujocoBatch
     weights: Sequence[float] = ()  # of the references; all alike by default
+    focus: int = 0  # so many of the references come first: a share of the episodes is theirs
 
     def __post_init__(self) -> None:
         rng = np.random.default_rng(self.seed)
@@ -73,7 +74,12 @@ class TrackingTask:
         self.action_scale = to_device(c.action_scale * robot.effort / robot.kp)
         self.encoder_bias, self.delay = to_device(drawn.encoder_bias), to_device(drawn.delay)
         self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng, to_device)
-        self.starts = ResetSampler(tables, self.dt, c.starts, self.weights or [1.0] * len(references), to_device)
+        weights = self.weights or [1.0] * len(references)
+        self.starts = (
+            FocusedSampler(tables, self.dt, c.starts, self.focus, to_device)
+            if self.focus
+            else ResetSampler(tables, self.dt, c.starts, weights, to_device)
+        )
         self.actor = actor_table(robot, self.tables, c.observation_noise, c.look_ahead, c.look_back, to_device)
         self.privileged, self.teacher = privileged_table(self.tables), teacher_table(self.tables)
         self.frame = to_device(np.zeros(self.envs, dtype=int))
@@ -231,8 +237,7 @@ class TrackingTask:
             "commands": self.physics.targets,
             "past": self.past,
             "pushes": self.pushes.wait,
-            "failures": self.starts.failures,
-            "visits": self.starts.visits,
+            **self.starts.state_dict(),
             "frame": self.frame,
             "last_action": self.last_action,
             "heading": self.heading,
@@ -244,7 +249,7 @@ class TrackingTask:
         kept = {name: self.physics.to_device(value.copy()) for name, value in state.items() if name != "rng"}
         self.physics.state[:], self.physics.targets[:] = kept["physics"], kept["commands"]
         self.past[:], self.pushes.wait[:] = kept["past"], kept["pushes"]
-        self.starts.failures, self.starts.visits = kept["failures"], kept["visits"]
+        self.starts.load_state_dict(kept)
         self.frame, self.last_action, self.heading = kept["frame"], kept["last_action"], kept["heading"]
         self.rng.bit_generator.state = state["rng"]
         self.sensors.read(self.physics.state)

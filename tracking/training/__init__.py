@@ -2,6 +2,7 @@
 
 from tracking.training.actor_export import export_bundle
 from tracking.training.checkpoint import load_checkpoint
+from tracking.training.focus import Focus, focus, judge_teacher
 from tracking.training.ppo import Trainer
 from tracking.training.run import train
 from tracking.training.run_record import CHECKPOINT, CURVES, Run
@@ -12,11 +13,14 @@ from tracking.training.teaching import teach
 __all__ = [
     "CHECKPOINT",
     "CURVES",
+    "Focus",
     "Run",
     "Teacher",
     "TeacherTrainer",
     "Trainer",
     "export_bundle",
+    "focus",
+    "judge_teacher",
     "load_checkpoint",
     "load_teacher",
     "restore_teacher",

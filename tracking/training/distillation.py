@@ -165,8 +165,7 @@ class Distillation:
             "labels": self.shape,
             "generators": json.dumps(generators),
             "pushes": torch.from_numpy(self.task.pushes.wait.copy()),
-            "failures": torch.from_numpy(self.task.starts.failures.copy()),
-            "visits": torch.from_numpy(self.task.starts.visits.copy()),
+            "starts": {name: torch.from_numpy(value.copy()) for name, value in self.task.starts.state_dict().items()},
         }
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
@@ -175,7 +174,7 @@ class Distillation:
         self._optimiser.load_state_dict(state["optimiser"])
         self.samples, generators = state["samples"], json.loads(state["generators"])
         self.task.pushes.wait[:] = state["pushes"].numpy()
-        self.task.starts.failures, self.task.starts.visits = (state[k].numpy().copy() for k in ("failures", "visits"))
+        self.task.starts.load_state_dict({name: value.numpy().copy() for name, value in state["starts"].items()})
         self.rng.bit_generator.state, self.task.rng.bit_generator.state = generators["own"], generators["task"]
         self.begin_anew()
 

@@ -75,8 +75,8 @@ class TeacherTrainer(Trainer):
         super().__init__(task, teacher.ppo, seed, threads)
         self.task.disturb(0.0, 0.0)
 
-    def iterate_at(self, steps: int) -> Iteration:
-        """One iteration, after so many control steps."""
+    def iterate_at(self, steps: int, kl: float = 0.0) -> Iteration:
+        """One iteration, after so many control steps; with a divergence other than the schedule's where one is given."""
         t = self.teacher
         part = t.disturbance(steps)
         self.task.disturb(part, part)
@@ -84,7 +84,7 @@ class TeacherTrainer(Trainer):
         self.algorithm.entropy_coef = t.ppo.entropy * max(0.0, 1.0 - steps / t.entropy_until)
         std = t.std.at(steps)
         self.std_range = (std / t.std_slack, std * t.std_slack)
-        return self.iterate(t.kl.at(steps))
+        return self.iterate(kl or t.kl.at(steps))
 
     def _observe(self) -> TensorDict:
         seen, besides = self.task.observe_all()
@@ -120,10 +120,10 @@ def teaching_task(
     task: TaskConfig | None = None,
     seed: int = 0,
     threads: int = 1,
-    weights: Sequence[float] = (),
+    focus: int = 0,
 ) -> TrackingTask:
     """The task that a teacher learns on: coarser physics, starts where practice is needed."""
     own = replace(task or TaskConfig(), physics_dt=config.physics_dt, starts=config.starts)
     return TrackingTask(
-        robot=robot, reference=references, envs=config.envs, config=own, seed=seed, threads=threads, weights=weights
+        robot=robot, reference=references, envs=config.envs, config=own, seed=seed, threads=threads, focus=focus
     )

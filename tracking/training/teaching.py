@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -16,20 +16,22 @@ from tensordict import TensorDict
 from clips import write_whole
 from robot_models import RobotModel
 from robot_models.maths import Progress, silent
-from tracking.config import DistillationConfig, TrainConfig
+from tracking.config import DistillationConfig, TeacherConfig, TrainConfig
 from tracking.errors import TrackingError
 from tracking.policy import read_tracker, with_gains
-from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256
+from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256, read_rehearsal_set
 from tracking.training.actor_export import export_bundle, torch_policy
 from tracking.training.curves import TensorBoard, write_curves
 from tracking.training.distillation import Adviser, Distillation, TeacherAdviser, TrackerAdviser
 from tracking.training.distributed import Team
+from tracking.training.focus import Focus, focus
 from tracking.training.ppo import make_algorithm
 from tracking.training.run_record import CHECKPOINT, CURVES, Run, prepare_folder
 from tracking.training.stop_signals import Signals
-from tracking.training.teacher_file import load_teacher, teacher_actor
+from tracking.training.teacher import TeacherTrainer, teaching_task
+from tracking.training.teacher_file import load_teacher, restore_teacher, save_teacher, teacher_actor
 
-LABELS, FORMAT_VERSION = "labels.bin", 1
+LABELS, TEACHER, REHEARSAL, FORMAT_VERSION = "labels.bin", "teacher.pt", "rehearsal.npz", 1
 
 
 def teach(
@@ -58,6 +60,8 @@ def teach(
     """
     with ExitStack() as stack:
         prepare_folder(folder, resume)
+        if teacher.suffix != ".onnx":
+            teacher = _focused(teacher, robot, pieces, folder, config, progress, resume=resume)
         robot, make_adviser = _teacher(teacher, robot, pieces)
         distil = _budget(config, pieces)
         task = TrackingTask(
@@ -97,6 +101,43 @@ def _teacher(
         return with_gains(robot, runners[0].contract), lambda task: TrackerAdviser(runners, task)
     told = load_teacher(teacher)
     return robot, lambda task: TeacherAdviser(teacher_actor(told, task), task)
+
+
+def _focused(
+    teacher: Path,
+    robot: RobotModel,
+    pieces: Sequence[NamedReference],
+    folder: Path,
+    config: TrainConfig,
+    progress: Progress,
+    *,
+    resume: bool,
+) -> Path:
+    """A teacher that knows the dances: itself, or what comes of a focus, which is kept in the run's folder.
+
+    A focus that was interrupted goes on from its last judgement, with the memory of its failures lost.
+    """
+    kept = folder / TEACHER
+    told = load_teacher(kept if resume and kept.exists() else teacher)
+    base, rehearsal = TeacherConfig(), teacher.parent / REHEARSAL
+    others = read_rehearsal_set(rehearsal, robot) if rehearsal.is_file() else []
+    references = [p.reference for p in (*pieces, *others)]
+    task = teaching_task(
+        robot, references, base, task=config.task, seed=config.seed, threads=config.threads, focus=len(pieces)
+    )
+    with closing(task):
+        trainer = TeacherTrainer(task, base, config.seed, config.threads)
+        restore_teacher(trainer, told)
+
+        def judged(came: Focus) -> bool:
+            if came.steps[-1]:
+                save_teacher(kept, trainer, told.steps + came.steps[-1])
+            return False
+
+        came = focus(
+            trainer, pieces, told.steps, config.focus, threads=config.threads, progress=progress, judged=judged
+        )
+    return kept if came.steps[-1] else teacher
 
 
 def _budget(config: TrainConfig, pieces: Sequence[NamedReference]) -> DistillationConfig:
