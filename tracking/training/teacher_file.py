@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import torch
 from tensordict import TensorDict
 
 from clips import write_whole
+from tracking.config import TeacherConfig
 from tracking.errors import TrackingError
 from tracking.task import TrackingTask
 from tracking.training.teacher import SymmetricActor, TeacherTrainer, teacher_network
@@ -27,7 +28,12 @@ class Teacher:
     rows: tuple[str, ...]  # what it sees, in order
     steps: int  # control steps that it has learnt for
     state: dict[str, Any]  # of the algorithm
-    hidden: tuple[int, ...]  # layers of its actor
+    config: TeacherConfig  # sizes and rates as it was begun with
+
+    @property
+    def can_learn(self) -> bool:
+        """Whether its critic and optimiser are in the file, without which it can only be played."""
+        return "critic_state_dict" in self.state
 
 
 def save_teacher(path: Path, trainer: TeacherTrainer, steps: int, *, optimiser: bool = True) -> None:
@@ -65,7 +71,7 @@ def load_teacher(path: Path) -> Teacher:
         raise TrackingError(str(path), found="another format", expected=f"teacher version {FORMAT_VERSION}")
     return Teacher(
         robot=told["robot"], robot_hash=told["robot_hash"], rows=tuple(json.loads(told["rows"])), steps=told["steps"],
-        state=told["algorithm"], hidden=tuple(json.loads(told["config"])["ppo"]["hidden"]),
+        state=told["algorithm"], config=_config(json.loads(told["config"])),
     )  # fmt: skip
 
 
@@ -76,8 +82,7 @@ def restore_teacher(trainer: TeacherTrainer, teacher: Teacher) -> None:
         TrackingError: another robot's, or one that sees other things.
     """
     _check(teacher, trainer.task)
-    whole = "critic_state_dict" in teacher.state
-    trainer.algorithm.load(teacher.state, None if whole else {"actor": True}, strict=True)
+    trainer.algorithm.load(teacher.state, None if teacher.can_learn else {"actor": True}, strict=True)
 
 
 def teacher_actor(teacher: Teacher, task: TrackingTask) -> SymmetricActor:
@@ -90,11 +95,22 @@ def teacher_actor(teacher: Teacher, task: TrackingTask) -> SymmetricActor:
     groups = TensorDict({"policy": torch.as_tensor(task.observe_all()[0])}, batch_size=[task.envs])
     noise = {"class_name": "rsl_rl.modules:GaussianDistribution", "init_std": 1.0, "std_type": "log"}
     actor: SymmetricActor = teacher_network(task)(
-        groups, {"actor": ["policy"]}, "actor", task.actions, hidden_dims=list(teacher.hidden), activation="elu",
+        groups, {"actor": ["policy"]}, "actor", task.actions, hidden_dims=list(teacher.config.ppo.hidden), activation="elu",
         obs_normalization=True, distribution_cfg=noise,
     )  # fmt: skip
     actor.load_state_dict(teacher.state["actor_state_dict"])
     return actor.eval()
+
+
+def _config(told: dict[str, Any]) -> TeacherConfig:
+    """Of what is told only the sizes: rates and schedules are this release's."""
+    base = TeacherConfig()
+    ppo = replace(base.ppo, **{name: _size(told["ppo"][name]) for name in ("hidden", "steps_per_env", "minibatches")})
+    return replace(base, envs=told["envs"], critic_hidden=_size(told["critic_hidden"]), ppo=ppo)
+
+
+def _size(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _check(teacher: Teacher, task: TrackingTask) -> None:

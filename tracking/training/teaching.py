@@ -16,7 +16,7 @@ from tensordict import TensorDict
 from clips import write_whole
 from robot_models import RobotModel
 from robot_models.maths import Progress, silent
-from tracking.config import DistillationConfig, TeacherConfig, TrainConfig
+from tracking.config import DistillationConfig, TrainConfig
 from tracking.errors import TrackingError
 from tracking.policy import read_tracker, with_gains
 from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256, read_rehearsal_set
@@ -119,14 +119,16 @@ def _focused(
     """
     kept = folder / TEACHER
     told = load_teacher(kept if resume and kept.exists() else teacher)
-    base, rehearsal = TeacherConfig(), teacher.parent / REHEARSAL
+    if not told.can_learn:
+        return teacher
+    rehearsal = teacher.parent / REHEARSAL
     others = read_rehearsal_set(rehearsal, robot) if rehearsal.is_file() else []
     references = [p.reference for p in (*pieces, *others)]
     task = teaching_task(
-        robot, references, base, task=config.task, seed=config.seed, threads=config.threads, focus=len(pieces)
+        robot, references, told.config, task=config.task, seed=config.seed, threads=config.threads, focus=len(pieces)
     )
     with closing(task):
-        trainer = TeacherTrainer(task, base, config.seed, config.threads)
+        trainer = TeacherTrainer(task, told.config, config.seed, config.threads)
         restore_teacher(trainer, told)
 
         def judged(came: Focus) -> bool:

@@ -12,10 +12,10 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("onnxruntime")
 
 from tracking import TaskConfig, TrackingError, TrackingTask, TrainConfig, load_bundle, teach
-from tracking.config import DistillationConfig, TeacherConfig
+from tracking.config import DistillationConfig, FocusConfig, TeacherConfig
 from tracking.policy.bundle import SHIPPED
-from tracking.task import read_named_reference
-from tracking.training import TeacherTrainer, save_teacher, teaching_task
+from tracking.task import read_named_reference, write_rehearsal_set
+from tracking.training import TeacherTrainer, load_teacher, save_teacher, teaching_task
 from tracking.training.distillation import Distillation, TrackerAdviser
 from tracking.training.teaching import LABELS, make_pupil
 
@@ -89,7 +89,9 @@ def teacher(tmp_path_factory, bundle):
     )  # fmt: skip
     task = teaching_task(bundle.robot, [bundle.reference], config)
     path = tmp_path_factory.mktemp("teacher") / "teacher.pt"
-    save_teacher(path, TeacherTrainer(task, config, 0), 0, optimiser=False)
+    trainer = TeacherTrainer(task, config, 0)
+    save_teacher(path, trainer, 0, optimiser=False)
+    save_teacher(path.with_name("learning.pt"), trainer, 0)
     task.close()
     return path
 
@@ -98,6 +100,7 @@ CONFIG = TrainConfig(
     rollouts=2,
     fewest_rollouts=2,
     threads=1,
+    focus=FocusConfig(most_steps=64, evaluate_every=32, stands=2.0),
     distillation=dataclasses.replace(SMALL, samples=480, evaluate_every=240, evaluate_share=0.0),
 )
 
@@ -132,3 +135,14 @@ def test_what_cannot_be_resumed_is_refused(tmp_path, teacher, bundle):
         run(tmp_path / "run", teacher, bundle)
     with pytest.raises(TrackingError, match="no such file|no teacher"):
         run(tmp_path / "other", Path("nobody.pt"), bundle)
+
+
+def test_a_teacher_with_its_critic_focuses_first_on_what_it_rehearses_with(tmp_path, teacher, bundle):
+    learning = tmp_path / "learning.pt"
+    learning.write_bytes(teacher.with_name("learning.pt").read_bytes())
+    write_rehearsal_set(tmp_path / "rehearsal.npz", [read_named_reference(bundle.folder / "reference.npz")], "by us")
+    told = []
+    run(tmp_path / "run", learning, bundle, progress=lambda *what: told.append(what))
+    assert [stage for stage, *_ in told] == sorted((stage for stage, *_ in told), key=("focus", "teach").index)
+    focused = load_teacher(tmp_path / "run" / "teacher.pt")
+    assert focused.steps == 32 and focused.can_learn  # as it was last judged
