@@ -57,14 +57,17 @@ def _perform(args: Arguments, console: Console) -> Performance:
     from tracking.deploy import MOTORS, Controller, ControllerTransport, Guard, Stage, StageConfig, perform, stop_key
     from tracking.policy import GOLDEN, read_runner
 
-    folder, runner = read_runner(args.bundle)
+    folder, runner = read_runner(args.bundle, args.ref)
     if len(runner.contract.joint_names) != MOTORS:
         raise TrackingError(
             f"bundle {args.bundle}", found=f"{len(runner.contract.joint_names)} joints of {runner.contract.robot}",
             expected=f"the {MOTORS} of a Unitree G1",
         )  # fmt: skip
-    apart = replay(runner, read_golden(folder / GOLDEN))
-    console.print(f"golden trace repeated to {apart:.1e}", markup=False)
+    if runner.contract.follows_any:
+        console.print(f"a tracker, on {args.ref}", markup=False)
+    else:
+        apart = replay(runner, read_golden(folder / GOLDEN))
+        console.print(f"golden trace repeated to {apart:.1e}", markup=False)
     send = args.send or args.rehearse
     console.print("sending commands" if send else "dry run: nothing is sent", markup=False)
     config = StageConfig(loops=args.loops, stand_s=args.stand)

@@ -28,6 +28,8 @@ class Arguments:
 
     bundle: ClipPath
     """Folder of the bundle, or groove-g1."""
+    ref: Path | None = None
+    """What a tracker shall follow: any reference of its robot."""
     rehearse: bool = False
     """Start a simulated robot on loopback, and send to it."""
     interface: str = "lo"

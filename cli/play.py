@@ -27,11 +27,14 @@ class Arguments:
         dance-play runs/groove
         dance-play runs/groove --film groove.mp4
         dance-play groove.npz
+        dance-play twist2_1017_20k.onnx --ref groove_g1.npz
     """
 
     what: ClipPath
-    """Folder of a policy bundle, the name of one that comes with the package (groove-dancer, groove-g1), or a
-    reference (.npz), which is shown without physics."""
+    """Folder of a policy bundle, the name of one that comes with the package (groove-dancer, groove-g1), a tracker
+    (with --ref), or a reference (.npz), which is shown without physics."""
+    ref: Path | None = None
+    """What a tracker shall follow: any reference of its robot."""
     film: Path | None = None
     """Write a film (.mp4) and open no window; for machines without a display."""
     robot: str | None = None
@@ -62,7 +65,7 @@ def run(args: Arguments) -> int:
     if args.what.suffix == ".npz":
         show = stream_reference(args.what, args.robot)
     else:
-        show = stream_policy(args.what, args.robot, args.seed)
+        show = stream_policy(args.what, args.robot, args.seed, args.ref)
     shown = _film(show, args) if args.film is not None else show_live(show)
     console = Console(highlight=False, soft_wrap=True)
     fell = shown < show.frames

@@ -16,14 +16,16 @@ import numpy as np
 
 from clips import MetricKey
 from robot_models import load_robot
-from tracking import TeacherConfig
+from tracking import DistillationConfig, TeacherConfig, TrainConfig
 from tracking.evaluation import Standing
-from tracking.task import NamedReference, read_named_reference
+from tracking.task import NamedReference, read_named_reference, write_rehearsal_set
 from tracking.training import (
     TeacherTrainer,
+    judge_teacher,
     load_teacher,
     restore_teacher,
     save_teacher,
+    teach_tracker,
     teaching_task,
 )
 
@@ -40,11 +42,23 @@ def main() -> None:
     parser.add_argument("--judge", type=Path, nargs="*", default=[], help="further references to judge on")
     parser.add_argument("--hours", type=float, default=1e9)
     parser.add_argument("--every", type=int, default=1_000_000, help="control steps between judgements")
+    parser.add_argument(
+        "--pupil", type=int, default=0, help="no training: so many labels of the teacher's, for FOLDER/tracker"
+    )
+    parser.add_argument("--rehearsal", action="store_true", help="no training: write FOLDER/rehearsal.npz")
+    parser.add_argument("--credits", default="", help="whose motions they are, for the rehearsal set")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     learnt, kept = _references(args.ref, args.kept_out)
     kept += [read_named_reference(p) for p in args.judge]
     robot, config, file = load_robot(args.robot), TeacherConfig(), args.folder / "teacher.pt"
+    if args.rehearsal:
+        write_rehearsal_set(args.folder / "rehearsal.npz", learnt, args.credits)
+        return
+    if args.pupil:
+        lessons = TrainConfig(threads=1, distillation=DistillationConfig(samples=args.pupil))
+        teach_tracker(file, robot, learnt, args.folder / "tracker", lessons, progress=_told_now_and_then)
+        return
     task = teaching_task(robot, [p.reference for p in learnt], config, seed=int(time.time()) % 10_000)
     with closing(task):
         trainer, steps = TeacherTrainer(task, config, 0), 0
@@ -73,7 +87,8 @@ def main() -> None:
 
 def _references(paths: list[Path], kept_out: list[str]) -> tuple[list[NamedReference], list[NamedReference]]:
     files = [f for p in paths for f in (sorted(p.glob("*.npz")) if p.is_dir() else [p])]
-    learnt, kept = [], []
+    learnt: list[NamedReference] = []
+    kept: list[NamedReference] = []
     for file in files:
         piece = read_named_reference(file)
         impossible = piece.reference.report.get(MetricKey.IMPOSSIBLE_FRAMES, {"value": 0.0})["value"]
@@ -82,6 +97,11 @@ def _references(paths: list[Path], kept_out: list[str]) -> tuple[list[NamedRefer
             continue
         (kept if any(name in piece.name for name in kept_out) else learnt).append(piece)
     return learnt, kept
+
+
+def _told_now_and_then(stage: str, done: int, total: int, note: str = "") -> None:
+    if done // 100_000 > (done - 6_144) // 100_000:
+        print(f"{stage}: {done} of {total}, {note}", flush=True)
 
 
 def _told(group: str, found: list[Standing]) -> dict[str, float]:

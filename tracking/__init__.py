@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from robot_models import __version__
 from tracking.config import (
+    DistillationConfig,
+    FocusConfig,
     PpoConfig,
     RandomisationConfig,
     RewardConfig,
@@ -73,7 +75,9 @@ __all__ = [
     "Contract",
     "DanceEnv",
     "DanceTrackingEnv",
+    "DistillationConfig",
     "Evaluation",
+    "FocusConfig",
     "Measurement",
     "Motion",
     "PpoConfig",

@@ -16,7 +16,7 @@ from robot_models import RobotModel, load_robot
 from tracking.config import StartNoise, TaskConfig
 from tracking.evaluation.rollouts import evaluation_task, play, start
 from tracking.policy import load_bundle
-from tracking.task import TrackingTask
+from tracking.task import FALLS, TrackingTask
 
 Pose = tuple[Float[ndarray, "nq"], Float[ndarray, "nq"] | None]
 """qpos, and that of the ghost."""
@@ -40,9 +40,16 @@ def stream_reference(path: Path, robot: str | None = None) -> PoseStream:
     return PoseStream(robot=model, fps=reference.fps, frames=reference.frames, poses=poses)
 
 
-def stream_policy(path: Path, robot: str | None = None, seed: int = 1) -> PoseStream:
-    """A bundle's policy on its nominal robot, with noisy sensors, from the first frame of the lead-in."""
-    bundle = load_bundle(path, robot=robot)
+def stream_policy(path: Path, robot: str | None = None, seed: int = 1, reference: Path | None = None) -> PoseStream:
+    """A policy on its nominal robot, with noisy sensors, from the first frame of the lead-in to the fall or the end.
+
+    Args:
+        path: as for `load_bundle`.
+        robot: as for `load_bundle`.
+        seed: of the noise.
+        reference: as for `load_bundle`.
+    """
+    bundle = load_bundle(path, reference=reference, robot=robot)
     config = evaluation_task(TaskConfig(start_noise=StartNoise(scale=0.0)), randomised=False)
     task = TrackingTask(robot=bundle.robot, reference=bundle.reference, envs=1, config=config, seed=seed, threads=1)
 
@@ -52,7 +59,8 @@ def stream_policy(path: Path, robot: str | None = None, seed: int = 1) -> PoseSt
             start(bundle.runner, task, 0)
             for ghost in bundle.reference.qpos:
                 yield task.physics.qpos[0].copy(), ghost
-                if play(bundle.runner, task).terminated[0]:
+                causes = play(bundle.runner, task).causes
+                if any(causes[fall][0] for fall in FALLS):
                     break
 
     return PoseStream(robot=bundle.robot, fps=bundle.reference.fps, frames=bundle.reference.frames, poses=poses())

@@ -66,8 +66,8 @@ def load_bundle(folder: Path, *, reference: Path | None = None, robot: str | Non
         return _foreign(folder, reference, robot)
     if not (folder / CONTRACT).exists():
         raise _no_bundle(folder)
-    path = reference or folder / REFERENCE
     contract = read_contract(folder / CONTRACT)
+    path = _reference_of(folder, contract, reference)
     model = with_gains(load_robot(robot or contract.robot), contract)
     check_contract(contract, model, _sha256(path))
     motion = load_reference(path, model)
@@ -76,19 +76,36 @@ def load_bundle(folder: Path, *, reference: Path | None = None, robot: str | Non
     return Bundle(folder=folder, robot=model, reference=motion, runner=runner)
 
 
-def read_runner(folder: Path) -> tuple[Path, Runner]:
+def read_runner(folder: Path, reference: Path | None = None) -> tuple[Path, Runner]:
     """A bundle's folder and runner, from its files alone: no simulator is needed, and no robot model.
+
+    Args:
+        folder: as for `load_bundle`, a bundle of ours.
+        reference: what a tracker shall follow.
 
     Raises:
         TrackingError: not a bundle, or its files do not belong together.
     """
     folder = _found(folder)
     contract = read_contract(folder / CONTRACT)
-    file = folder / REFERENCE
-    if _sha256(file) != contract.reference_sha256:
+    file = _reference_of(folder, contract, reference)
+    if _sha256(file) != contract.reference_sha256 and not contract.follows_any:
         raise TrackingError(str(file), found="another reference", expected="the one whose hash the contract states")
     policy = onnx_policy(folder / POLICY, contract.observation_size, len(contract.joint_names))
     return folder, Runner(contract, policy, motion_of(load_reference(file), contract))
+
+
+def _reference_of(folder: Path, contract: Contract, named: Path | None) -> Path:
+    if named is None and contract.follows_any:
+        raise _no_reference(folder)
+    return named or folder / REFERENCE
+
+
+def _no_reference(tracker: Path) -> TrackingError:
+    return TrackingError(
+        str(tracker), found="a tracker, which follows any reference", expected="the one that it shall follow",
+        cure="name it", option="ref",
+    )  # fmt: skip
 
 
 def _sha256(reference: Path) -> str:
@@ -134,10 +151,7 @@ def _foreign(path: Path, reference: Path | None, robot: str | None) -> Bundle:
 def _tracker(path: Path, reference: Path | None, robot: str | None) -> Bundle:
     """A policy that follows any reference, on the one that is named."""
     if reference is None:
-        raise TrackingError(
-            str(path), found="a tracker, which follows any reference", expected="the one that it shall follow",
-            cure="name it", option="ref",
-        )  # fmt: skip
+        raise _no_reference(path)
     motion = load_reference(reference)
     model = load_robot(robot or motion.robot)
     check_reference_against(motion, model, str(reference))
@@ -159,11 +173,9 @@ def check_contract(told: Contract, robot: RobotModel, reference_sha256: str) -> 
         TrackingError: another reference, robot, joint order or gain than the contract's.
     """
     now = {
-        "reference_sha256": reference_sha256,
+        "reference_sha256": told.reference_sha256 if told.follows_any else reference_sha256,
         "robot_hash": robot.hash,
         "joint_names": robot.joint_names,
-        "kp": robot.kp,
-        "kd": robot.kd,
         "effort": robot.effort,
         "default_joint_pos": robot.default_joint_pos,
         "anchor_chain": anchor_chain(robot, told.anchor),

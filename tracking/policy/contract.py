@@ -67,7 +67,7 @@ class Contract:
 
     robot: str
     robot_hash: str  # of names, tree, axes and limits; empty in a foreign policy
-    reference_sha256: str
+    reference_sha256: str  # empty in a tracker, which follows any
     control_dt: float  # [s]
     joint_names: tuple[str, ...]
     default_joint_pos: Float[ndarray, "J"]  # [rad]
@@ -116,6 +116,11 @@ class Contract:
         for link in self.anchor_chain:
             if len(link.quat) != 4 or abs(np.linalg.norm(link.quat) - 1.0) > 1e-6:
                 raise self._refused("anchor_chain", f"quat {link.quat}", "unit quaternions wxyz")
+
+    @property
+    def follows_any(self) -> bool:
+        """Whether it is a tracker of ours: trained for no reference of its own."""
+        return not self.reference_sha256 and bool(self.robot_hash)
 
     @property
     def observation_size(self) -> int:

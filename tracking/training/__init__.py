@@ -8,7 +8,7 @@ from tracking.training.run import train
 from tracking.training.run_record import CHECKPOINT, CURVES, Run
 from tracking.training.teacher import TeacherTrainer, teacher_actions, teaching_task
 from tracking.training.teacher_file import Teacher, load_teacher, restore_teacher, save_teacher
-from tracking.training.teaching import teach
+from tracking.training.teaching import teach, teach_tracker
 
 __all__ = [
     "CHECKPOINT",
@@ -26,6 +26,7 @@ __all__ = [
     "restore_teacher",
     "save_teacher",
     "teach",
+    "teach_tracker",
     "teacher_actions",
     "teaching_task",
     "train",

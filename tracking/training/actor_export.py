@@ -60,6 +60,15 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: NamedRefe
         TrackingError: the actor sees something that no robot measures, the export disagrees with torch, or the piece's
             file has changed.
     """
+    difference = _write_policy(folder, actor, task)
+    _copy_reference(piece, folder / "reference.npz")
+    write_contract(folder / "contract.json", contract_of(task, piece.sha256))
+    write_golden(folder / "golden.npz", record(onnx_policy(folder / "policy.onnx"), task, piece.reference))
+    return difference
+
+
+def _write_policy(folder: Path, actor: Any, task: TrackingTask) -> float:
+    """Write the network, checked against torch before it is kept."""
     hidden = [t.name for t in task.actor.rows if not t.measurable]
     if hidden:
         raise TrackingError("export", found=f"an actor that sees {', '.join(hidden)}", expected="measurable terms only")
@@ -80,9 +89,13 @@ def export_bundle(folder: Path, actor: Any, task: TrackingTask, piece: NamedRefe
                 "export", found=f"actions {difference:.2g} apart from torch", expected=f"< {_AGREEMENT}"
             )
         path.replace(folder / "policy.onnx")
-    _copy_reference(piece, folder / "reference.npz")
-    write_contract(folder / "contract.json", contract_of(task, piece.sha256))
-    write_golden(folder / "golden.npz", record(policy, task, piece.reference))
+    return difference
+
+
+def export_tracker(folder: Path, actor: Any, task: TrackingTask) -> float:
+    """Write an actor as a tracker: a bundle without a reference of its own; returns as `export_bundle`."""
+    difference = _write_policy(folder, actor, task)
+    write_contract(folder / "contract.json", contract_of(task, ""))
     return difference
 
 

@@ -20,7 +20,7 @@ from tracking.config import DistillationConfig, TrainConfig
 from tracking.errors import TrackingError
 from tracking.policy import read_tracker, with_gains
 from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256, read_rehearsal_set
-from tracking.training.actor_export import export_bundle, torch_policy
+from tracking.training.actor_export import export_bundle, export_tracker, torch_policy
 from tracking.training.curves import TensorBoard, write_curves
 from tracking.training.distillation import Adviser, Distillation, TeacherAdviser, TrackerAdviser
 from tracking.training.distributed import Team
@@ -82,6 +82,47 @@ def teach(
             (folder / LABELS).unlink()
         run.onnx_difference = max(export_bundle(bundle_folder(folder, p, pieces), actor, task, p) for p in pieces)
     return run
+
+
+def teach_tracker(
+    teacher: Path,
+    robot: RobotModel,
+    pieces: Sequence[NamedReference],
+    folder: Path,
+    config: TrainConfig,
+    *,
+    progress: Progress = silent,
+) -> float:
+    """Teach the deployable tracker of a teacher of our own: a bundle without a reference, which follows any.
+
+    Args:
+        teacher: `teacher.pt`.
+        robot: its robot.
+        pieces: what it is taught on; the teacher is asked, and does not learn.
+        folder: where the bundle goes.
+        config: all numbers; `distillation.samples` is the budget.
+        progress: told after every round.
+
+    Returns:
+        The largest difference between onnxruntime and torch.
+    """
+    robot, make_adviser = _teacher(teacher, robot, pieces)
+    distil = _budget(config, pieces)
+    task = TrackingTask(
+        robot=robot, reference=[p.reference for p in pieces], envs=distil.envs, config=config.task, seed=config.seed,
+        threads=config.threads,
+    )  # fmt: skip
+    torch.manual_seed(config.seed)
+    torch.set_num_threads(Team().threads(config.threads))
+    folder.mkdir(parents=True, exist_ok=True)
+    with closing(task):
+        pupil = make_pupil(task, config)
+        lesson = Distillation(task, make_adviser(task), pupil, distil, folder / LABELS, config.seed)
+        while lesson.samples < distil.samples:
+            lesson.iterate()
+            progress("teach", lesson.samples, distil.samples, f"loss {lesson.loss:.4f}")
+        (folder / LABELS).unlink()
+        return export_tracker(folder, pupil, task)
 
 
 def make_pupil(task: TrackingTask, config: TrainConfig) -> Any:

@@ -199,7 +199,7 @@ def test_a_finished_run_resumed_does_not_train_on(reference, tmp_path):
     assert again.steps == first.steps
 
 
-@pytest.mark.parametrize("key", ["kp", "joint_names", "robot_hash", "reference_sha256", "anchor_chain"])
+@pytest.mark.parametrize("key", ["effort", "joint_names", "robot_hash", "reference_sha256", "anchor_chain"])
 def test_a_contract_that_does_not_fit_is_refused_by_the_number_that_differs(reference, key):
     from tracking import check_contract
 
@@ -207,7 +207,7 @@ def test_a_contract_that_does_not_fit_is_refused_by_the_number_that_differs(refe
     broadcast = contract_of(one.task, "abc")
     check_contract(broadcast, one.task.robot, "abc")
     other = {
-        "kp": 1.1 * broadcast.kp,
+        "effort": 1.1 * broadcast.effort,
         "joint_names": broadcast.joint_names[::-1],
         "anchor_chain": broadcast.anchor_chain[1:],
     }
