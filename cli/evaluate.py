@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +14,6 @@ from cli.evaluate_sweep import run_sweep
 from cli.evaluation_tables import brief, grid, rows_of, side_by_side
 from cli.progress import progress
 from cli.terminal import BELOW_GATE, DONE, GATE, command, write_text
-from robot_models.maths import Progress
 from tracking import TrackingError
 
 if TYPE_CHECKING:
@@ -111,12 +109,6 @@ def _evaluate(args: Arguments, folder: Path, engines: tuple[str, ...]) -> dict[s
             task = evaluation_task(TaskConfig(), randomised=args.randomisation)
             results[name] = evaluate(
                 bundle.runner, bundle.robot, bundle.reference, task, rollouts=args.rollouts, seed=args.seed,
-                engine=ENGINES[name], progress=partial(_in_engine, tell, name),
+                engine=ENGINES[name], progress=lambda stage, *more, name=name: tell(f"{stage}, {name}", *more),
             )  # fmt: skip
     return results
-
-
-def _in_engine(tell: Progress, engine: str, stage: str, done: int, total: int) -> None:
-    """Rollouts told under the engine's name."""
-    del stage
-    tell(engine, done, total)

@@ -19,7 +19,7 @@ from robot_models import load_robot
 from tracking import DistillationConfig, TeacherConfig, TrainConfig
 from tracking.evaluation import Standing
 from tracking.task import NamedReference, read_named_reference, write_rehearsal_set
-from tracking.training import (
+from tracking.teaching import (
     TeacherTrainer,
     judge_teacher,
     load_teacher,

@@ -16,7 +16,7 @@ HOUSE = {
     ),
     "clips": "errors contact config files metrics provenance clip reference edit identify readers writers",
     "retarget": "errors config targets solver per_frame dynamics report pipeline workflows",
-    "tracking": "errors config policy engines task evaluation training envs deploy",
+    "tracking": "errors config policy engines task evaluation training teaching envs deploy",
     "cli": "extras terminal recordings *",
 }
 FLOORS = list(HOUSE)

@@ -51,7 +51,8 @@ if TYPE_CHECKING:
         replay,
     )
     from tracking.task import TrackingTask
-    from tracking.training import Run, export_bundle, teach, train
+    from tracking.teaching import teach
+    from tracking.training import Run, export_bundle, train
 
 _ROOMS = {
     "engines": ("ENGINES", "engine_names"),
@@ -64,7 +65,8 @@ _ROOMS = {
         "read_contract", "read_golden", "replay",
     ),
     "task": ("TrackingTask",),
-    "training": ("Run", "export_bundle", "teach", "train"),
+    "teaching": ("teach",),
+    "training": ("Run", "export_bundle", "train"),
 }  # fmt: skip
 _ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
 

@@ -1,33 +1,29 @@
 """Learning: PPO on the task, its checkpoints and curves, one process or many, and the export of what was learnt."""
 
-from tracking.training.actor_export import export_bundle
+from tracking.training.actor_export import export_bundle, export_tracker, torch_policy
 from tracking.training.checkpoint import load_checkpoint
-from tracking.training.focus import Focus, focus, judge_teacher
-from tracking.training.ppo import Trainer
+from tracking.training.curves import TensorBoard, write_curves
+from tracking.training.distributed import Team
+from tracking.training.ppo import Iteration, Trainer, make_algorithm
 from tracking.training.run import train
-from tracking.training.run_record import CHECKPOINT, CURVES, Run
-from tracking.training.teacher import TeacherTrainer, teacher_actions, teaching_task
-from tracking.training.teacher_file import Teacher, load_teacher, restore_teacher, save_teacher
-from tracking.training.teaching import teach, teach_tracker
+from tracking.training.run_record import CHECKPOINT, CURVES, Run, prepare_folder
+from tracking.training.stop_signals import Signals
 
 __all__ = [
     "CHECKPOINT",
     "CURVES",
-    "Focus",
+    "Iteration",
     "Run",
-    "Teacher",
-    "TeacherTrainer",
+    "Signals",
+    "Team",
+    "TensorBoard",
     "Trainer",
     "export_bundle",
-    "focus",
-    "judge_teacher",
+    "export_tracker",
     "load_checkpoint",
-    "load_teacher",
-    "restore_teacher",
-    "save_teacher",
-    "teach",
-    "teach_tracker",
-    "teacher_actions",
-    "teaching_task",
+    "make_algorithm",
+    "prepare_folder",
+    "torch_policy",
     "train",
+    "write_curves",
 ]

@@ -10,8 +10,8 @@ pytest.importorskip("torch")
 from clips import load_reference
 from tracking import TrackingError
 from tracking.config import Ramp, TeacherConfig
-from tracking.training.teacher import TeacherTrainer, teacher_actions, teaching_task
-from tracking.training.teacher_file import load_teacher, restore_teacher, save_teacher
+from tracking.teaching.teacher import TeacherTrainer, teacher_actions, teaching_task
+from tracking.teaching.teacher_file import load_teacher, restore_teacher, save_teacher
 
 SMALL = dataclasses.replace(
     TeacherConfig(), envs=8, critic_hidden=(16,),

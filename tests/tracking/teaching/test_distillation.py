@@ -15,9 +15,10 @@ from tracking import TaskConfig, TrackingError, TrackingTask, TrainConfig, load_
 from tracking.config import DistillationConfig, FocusConfig, TeacherConfig
 from tracking.policy.bundle import SHIPPED
 from tracking.task import read_named_reference, write_rehearsal_set
-from tracking.training import TeacherTrainer, load_teacher, save_teacher, teaching_task
-from tracking.training.distillation import Distillation, TrackerAdviser
-from tracking.training.teaching import LABELS, make_pupil
+from tracking.teaching import TeacherTrainer, load_teacher, save_teacher, teaching_task
+from tracking.teaching.adviser import TrackerAdviser
+from tracking.teaching.distillation import Distillation
+from tracking.teaching.teach import LABELS, make_pupil
 
 SMALL = DistillationConfig(samples=6 * 8 * 10, envs=8, steps_per_env=6, batch=32)
 

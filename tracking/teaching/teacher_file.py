@@ -14,7 +14,7 @@ from clips import write_whole
 from tracking.config import TeacherConfig
 from tracking.errors import TrackingError
 from tracking.task import TrackingTask
-from tracking.training.teacher import SymmetricActor, TeacherTrainer, teacher_network
+from tracking.teaching.teacher import SymmetricActor, TeacherTrainer, teacher_network
 
 FORMAT_VERSION = 1
 

@@ -20,16 +20,25 @@ from tracking.config import DistillationConfig, TrainConfig
 from tracking.errors import TrackingError
 from tracking.policy import read_tracker, with_gains
 from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256, read_rehearsal_set
-from tracking.training.actor_export import export_bundle, export_tracker, torch_policy
-from tracking.training.curves import TensorBoard, write_curves
-from tracking.training.distillation import Adviser, Distillation, TeacherAdviser, TrackerAdviser
-from tracking.training.distributed import Team
-from tracking.training.focus import Focus, focus
-from tracking.training.ppo import make_algorithm
-from tracking.training.run_record import CHECKPOINT, CURVES, Run, prepare_folder
-from tracking.training.stop_signals import Signals
-from tracking.training.teacher import TeacherTrainer, teaching_task
-from tracking.training.teacher_file import load_teacher, restore_teacher, save_teacher, teacher_actor
+from tracking.teaching.adviser import Adviser, TeacherAdviser, TrackerAdviser
+from tracking.teaching.distillation import Distillation
+from tracking.teaching.focus import Focus, focus
+from tracking.teaching.teacher import TeacherTrainer, teaching_task
+from tracking.teaching.teacher_file import load_teacher, restore_teacher, save_teacher, teacher_actor
+from tracking.training import (
+    CHECKPOINT,
+    CURVES,
+    Run,
+    Signals,
+    Team,
+    TensorBoard,
+    export_bundle,
+    export_tracker,
+    make_algorithm,
+    prepare_folder,
+    torch_policy,
+    write_curves,
+)
 
 LABELS, TEACHER, REHEARSAL, FORMAT_VERSION = "labels.bin", "teacher.pt", "rehearsal.npz", 1
 

@@ -14,7 +14,7 @@ from robot_models.maths import Progress, silent
 from tracking.config import FocusConfig, TaskConfig
 from tracking.evaluation import Standing, evaluation_task, judge_standing
 from tracking.task import NamedReference, TrackingTask
-from tracking.training.teacher import SymmetricActor, TeacherTrainer, teacher_actions
+from tracking.teaching.teacher import SymmetricActor, TeacherTrainer, teacher_actions
 
 
 @dataclass(kw_only=True)

@@ -22,7 +22,7 @@ from robot_models import RobotModel
 from robot_models.maths import Array
 from tracking.config import TaskConfig, TeacherConfig
 from tracking.task import Reflection, TrackingTask, symmetry_of
-from tracking.training.ppo import Iteration, Trainer, make_algorithm
+from tracking.training import Iteration, Trainer, make_algorithm
 
 
 class SymmetricActor(MLPModel):  # type: ignore[misc]
