@@ -13,6 +13,7 @@ from cli.terminal import BELOW_GATE, DONE, GATE, REFUSED, command
 from cli.train_arguments import Arguments
 from cli.training_summary import print_check, print_run
 from robot_models.maths import silent
+from tracking import TrackingError
 
 if TYPE_CHECKING:
     from tracking import Run
@@ -38,9 +39,10 @@ def run(args: Arguments) -> int:
     first = args.ref[0].resolve()
     name = first.name if first.is_dir() else first.stem
     folder = args.out or Path("runs") / (name if len(args.ref) == 1 else f"{len(chosen.pieces)}_references")
-    _announce(console, chosen, folder)
+    teacher = _teacher(args, chosen, together)
+    _announce(console, chosen, folder, teacher)
     try:
-        result = _train(args, chosen, folder, follows)
+        result = _train(args, chosen, folder, teacher, follows)
     except RuntimeError:
         if follows:  # the leader is gone, and has said why
             return REFUSED
@@ -75,7 +77,19 @@ def _check(args: Arguments, console: Console, chosen: Selection) -> int:
     return DONE if passed else BELOW_GATE
 
 
-def _announce(console: Console, chosen: Selection, folder: Path) -> None:
+def _teacher(args: Arguments, chosen: Selection, together: bool) -> Path | None:
+    from tracking.teaching import AUTO, NOBODY, find_teacher
+
+    alone = not together and args.engine == "mujoco"
+    if not alone and args.teacher not in (AUTO, NOBODY):
+        raise TrackingError(
+            "--teacher", found="several processes or a GPU", expected="one process on the processor's cores",
+            cure="teaching takes minutes there", option="engine", suggestion="mujoco",
+        )  # fmt: skip
+    return find_teacher(args.teacher, chosen.robot.name) if alone else None
+
+
+def _announce(console: Console, chosen: Selection, folder: Path, teacher: Path | None) -> None:
     for piece in chosen.pieces:
         if piece.reference.joint_torque is None:
             console.print(
@@ -83,16 +97,15 @@ def _announce(console: Console, chosen: Selection, folder: Path) -> None:
                 "action will fall sooner and learning take longer. Retarget the clip again to have them."
             )
         console.print(f"{piece.name}: {piece.reference.duration_s:.1f} s for {chosen.robot.name}", markup=False)
-    console.print(f"run in {folder}", markup=False)
+    taught = f"taught by {teacher}" if teacher else "nobody teaches: the policy finds out by itself (docs/training.md)"
+    console.print(f"{taught}\nrun in {folder}", markup=False)
 
 
-def _train(args: Arguments, chosen: Selection, folder: Path, follows: bool) -> Run:
+def _train(args: Arguments, chosen: Selection, folder: Path, teacher: Path | None, follows: bool) -> Run:
     from tracking import teach, train
 
-    with progress("steps" if args.teacher is None else "labels") as tell:
+    with progress("steps") as tell:
         told = silent if follows else tell
-        if args.teacher is None:
+        if teacher is None:
             return train(chosen.robot, chosen.pieces, folder, args.config(), resume=args.resume, progress=told)
-        return teach(
-            chosen.robot, chosen.pieces, folder, args.teacher, args.config(), resume=args.resume, progress=told
-        )
+        return teach(chosen.robot, chosen.pieces, folder, teacher, args.config(), resume=args.resume, progress=told)

@@ -31,16 +31,17 @@ class Arguments:
 
     ref: tuple[Path, ...]
     """The reference (.npz) that dance-retarget wrote; or several of one robot, or a folder of them, for one policy."""
-    teacher: Path | None = None
-    """A tracker that teaches the dance: another lab's ONNX (docs/trackers.md), or a teacher.pt of your own. Minutes instead
-    of hours, and no reward. Its gains become the policy's. Without one the policy finds out by itself."""
+    teacher: str = "auto"
+    """Who teaches the dance, in minutes where finding out takes hours: another lab's tracker (an ONNX, docs/trackers.md), a
+    teacher.pt or the folder of a run that has one, or a tracker that comes with the package. auto: the robot's own where
+    there is one; none: the policy finds out by itself (PPO). A teacher's gains become the policy's."""
     robot: str | None = None
     """Its robot, where the reference's is not a built-in one (path of a profile), or a folder has several robots'."""
     out: Out = None
     """Folder of the run, which is the bundle; of several references each has its bundle inside. Default:
     runs/<reference>."""
     steps: int = TrainConfig.steps
-    """Budget in control steps of all environments together; the schedules run over it."""
+    """Budget in control steps of all environments together, which of a taught dance are labels; schedules run over it."""
     minutes: float = TrainConfig.minutes
     """Stop after this much time, whatever the steps."""
     envs: int = TrainConfig.envs
@@ -75,7 +76,7 @@ class Arguments:
             target=self.target,
             engine=self.engine,
         )
-        if self.teacher is not None and self.steps != TrainConfig.steps:
+        if self.steps != TrainConfig.steps:
             base = replace(base, distillation=replace(base.distillation, samples=self.steps))
         draw = replace(base.task.randomisation, enabled=self.randomisation)
         return replace(base, task=replace(base.task, randomisation=draw))

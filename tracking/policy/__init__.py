@@ -1,7 +1,17 @@
 """A policy as files and as something that acts: contract, runner, bundle, other tools' forms. No trainer, no simulator."""
 
 from tracking.policy.anchor_chain import anchor_chain
-from tracking.policy.bundle import CONTRACT, GOLDEN, POLICY, REFERENCE, Bundle, check_contract, load_bundle, read_runner
+from tracking.policy.bundle import (
+    CONTRACT,
+    GOLDEN,
+    POLICY,
+    REFERENCE,
+    SHIPPED,
+    Bundle,
+    check_contract,
+    load_bundle,
+    read_runner,
+)
 from tracking.policy.contract import FROM_REFERENCE, OF_ROBOT, Contract, Row, read_contract, write_contract
 from tracking.policy.feed_forward import joint_targets, target_range
 from tracking.policy.gains import standing_gains, with_gains
@@ -21,6 +31,7 @@ __all__ = [
     "OF_ROBOT",
     "POLICY",
     "REFERENCE",
+    "SHIPPED",
     "TERMS",
     "Bundle",
     "Contract",

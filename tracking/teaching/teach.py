@@ -18,7 +18,7 @@ from robot_models import RobotModel
 from robot_models.maths import Progress, silent
 from tracking.config import DistillationConfig, TrainConfig
 from tracking.errors import TrackingError
-from tracking.policy import read_tracker, with_gains
+from tracking.policy import SHIPPED, read_tracker, with_gains
 from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256, read_rehearsal_set
 from tracking.teaching.adviser import Adviser, TeacherAdviser, TrackerAdviser
 from tracking.teaching.distillation import Distillation
@@ -40,6 +40,7 @@ from tracking.training import (
     write_curves,
 )
 
+AUTO, NOBODY = "auto", "none"
 LABELS, TEACHER, REHEARSAL, FORMAT_VERSION = "labels.bin", "teacher.pt", "rehearsal.npz", 1
 
 
@@ -134,6 +135,37 @@ def teach_tracker(
         return export_tracker(folder, pupil, task)
 
 
+def find_teacher(asked: str, robot: str) -> Path | None:
+    """Who teaches: a file, a tracker that comes with the package by its name, or nobody.
+
+    Args:
+        asked: a path; a name, as tracker-g1; "auto", the robot's own where the package has one; "none".
+        robot: name of the robot.
+
+    Raises:
+        TrackingError: there is no such teacher.
+    """
+    if asked == NOBODY:
+        return None
+    own = SHIPPED / (f"tracker-{robot}" if asked == AUTO else asked) / TEACHER
+    if own.is_file() or asked == AUTO:
+        return own if own.is_file() else None
+    given = Path(asked)
+    path = given / TEACHER if given.is_dir() else given
+    if not path.is_file():
+        known = (
+            "a tracker's ONNX",
+            "a teacher.pt",
+            *sorted(p.parent.name for p in SHIPPED.glob(f"*/{TEACHER}")),
+            NOBODY,
+        )
+        raise TrackingError(
+            f"teacher '{asked}'", found="no such file", expected=", ".join(known),
+            option="teacher", suggestion=NOBODY,
+        )  # fmt: skip
+    return path
+
+
 def make_pupil(task: TrackingTask, config: TrainConfig) -> Any:
     """A new actor for a task, the same as PPO begins with."""
     seen, critic = task.observe()
@@ -171,7 +203,8 @@ def _focused(
     told = load_teacher(kept if resume and kept.exists() else teacher)
     if not told.can_learn:
         return teacher
-    rehearsal = teacher.parent / REHEARSAL
+    places = (teacher.parent / REHEARSAL, SHIPPED / f"tracker-{robot.name}" / REHEARSAL)
+    rehearsal = next((p for p in places if p.is_file()), places[0])
     others = read_rehearsal_set(rehearsal, robot) if rehearsal.is_file() else []
     references = [p.reference for p in (*pieces, *others)]
     task = teaching_task(
