@@ -1,5 +1,7 @@
 """Trackers by their contracts: what each input is, what the output means, whose gains; and what is refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -170,3 +172,31 @@ def test_the_past_of_a_tracker_is_what_it_saw_then(twist2, rng):
     seen = runner.seen
     np.testing.assert_array_equal(seen[:, -35:], seen[:, :35])
     np.testing.assert_allclose(seen[:, 127:-35].reshape(2, 10, 127), np.stack(shown[-11:-1], axis=1), atol=1e-6)
+
+
+def test_the_contract_in_the_docs_is_one(tmp_path):
+    text = (Path(__file__).parents[4] / "docs" / "trackers.md").read_text(encoding="utf-8")
+    contract = text.split("```toml\n")[1].split("```")[0]
+    inputs = [
+        helper.make_tensor_value_info(n, TensorProto.FLOAT, ["n", *s])
+        for n, s in (("current", [1, 62]), ("future", [4, 33]))
+    ]
+    nodes = [
+        helper.make_node("Gather", ["future", "third"], ["frame"], axis=1),
+        helper.make_node("Slice", ["frame", "four", "end", "one"], ["joint_pos_targets"]),
+    ]
+    constants = {"third": 2, "four": [4], "end": [33], "one": [1]}
+    output = helper.make_tensor_value_info("joint_pos_targets", TensorProto.FLOAT, ["n", 29])
+    initialisers = [numpy_helper.from_array(np.array(v), k) for k, v in constants.items()]
+    graph = helper.make_graph(nodes, "g", [*inputs], [output], initialisers)
+    path = tmp_path / "mine.onnx"
+    onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9), str(path))
+    path.with_suffix(".toml").write_text(contract, encoding="utf-8")
+    runner = load_bundle(path, reference=REFERENCE).runner
+    now = runner.motion
+    measured = Measurement(
+        quat=now.root_quat[[40]], gyro=np.zeros((1, 3)), joint_pos=now.joint_pos[[40]], joint_vel=np.zeros((1, 29))
+    )
+    runner.start(measured, 40)
+    # The network picks the third of the four frames ahead: the target is the reference three frames on.
+    np.testing.assert_allclose(runner.act(measured), now.joint_pos[[43]], atol=1e-6)
