@@ -11,7 +11,7 @@ from rich.console import Console
 from cli.progress import progress
 from cli.terminal import BELOW_GATE, DONE, GATE, REFUSED, command
 from cli.train_arguments import Arguments
-from cli.training_summary import print_check, print_run
+from cli.training_summary import print_check, print_plan, print_run, print_tracker
 from robot_models.maths import silent
 from tracking import TrackingError
 
@@ -40,7 +40,11 @@ def run(args: Arguments) -> int:
     name = first.name if first.is_dir() else first.stem
     folder = args.out or Path("runs") / (name if len(args.ref) == 1 else f"{len(chosen.pieces)}_references")
     teacher = _teacher(args, chosen, together)
-    _announce(console, chosen, folder, teacher)
+    print_plan(console, chosen, folder, teacher)
+    if teacher is not None and not args.resume:
+        from tracking.teaching import judge_tracker
+
+        print_tracker(console, judge_tracker(teacher, chosen.robot, chosen.pieces, args.config()), GATE)
     try:
         result = _train(args, chosen, folder, teacher, follows)
     except RuntimeError:
@@ -87,18 +91,6 @@ def _teacher(args: Arguments, chosen: Selection, together: bool) -> Path | None:
             cure="teaching takes minutes there", option="engine", suggestion="mujoco",
         )  # fmt: skip
     return find_teacher(args.teacher, chosen.robot.name) if alone else None
-
-
-def _announce(console: Console, chosen: Selection, folder: Path, teacher: Path | None) -> None:
-    for piece in chosen.pieces:
-        if piece.reference.joint_torque is None:
-            console.print(
-                f"[yellow]no torques in {piece.name}[/]: it was made without Pinocchio, or by an earlier release; zero "
-                "action will fall sooner and learning take longer. Retarget the clip again to have them."
-            )
-        console.print(f"{piece.name}: {piece.reference.duration_s:.1f} s for {chosen.robot.name}", markup=False)
-    taught = f"taught by {teacher}" if teacher else "nobody teaches: the policy finds out by itself (docs/training.md)"
-    console.print(f"{taught}\nrun in {folder}", markup=False)
 
 
 def _train(args: Arguments, chosen: Selection, folder: Path, teacher: Path | None, follows: bool) -> Run:

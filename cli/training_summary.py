@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from tracking import ReferenceCheck, Run
+    from tracking import Evaluation, ReferenceCheck, Run
+    from tracking.task import Selection
 
 
 def print_check(console: Console, found: ReferenceCheck) -> None:
@@ -22,6 +24,29 @@ def print_check(console: Console, found: ReferenceCheck) -> None:
     table.add_row("zero action survives", f"{found.survived_s:.2f} s", "mean over starts all along the dance")
     console.print(table)
     console.print("[green]worth training on[/]" if found.passed else "[red]below the gate[/]")
+
+
+def print_plan(console: Console, chosen: Selection, folder: Path, teacher: Path | None) -> None:
+    """What will be learnt, from whom, and where it goes."""
+    for piece in chosen.pieces:
+        if piece.reference.joint_torque is None:
+            console.print(
+                f"[yellow]no torques in {piece.name}[/]: it was made without Pinocchio, or by an earlier release; zero "
+                "action will fall sooner and learning take longer. Retarget the clip again to have them."
+            )
+        console.print(f"{piece.name}: {piece.reference.duration_s:.1f} s for {chosen.robot.name}", markup=False)
+    taught = f"taught by {teacher}" if teacher else "nobody teaches: the policy finds out by itself (docs/training.md)"
+    console.print(f"{taught}\nrun in {folder}", markup=False)
+
+
+def print_tracker(console: Console, found: dict[str, Evaluation], gate: float) -> None:
+    """How well a tracker dances references that nobody taught it."""
+    for name, e in found.items():
+        known = "dances it already; teaching makes it tighter" if e.finished >= gate else "does not dance it all"
+        console.print(
+            f"{name}, untaught: {100 * e.finished:.0f} % of {e.rollouts} finish, {100 * e.stood:.0f} % do not fall, "
+            f"{e.body_error_mm:.0f} mm: the tracker {known}", markup=False,
+        )  # fmt: skip
 
 
 def print_run(console: Console, result: Run, gate: float) -> None:

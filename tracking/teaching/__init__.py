@@ -1,9 +1,10 @@
 """Teaching: teachers that see everything and follow any reference, what they focus on, and whom they teach."""
 
 from tracking.teaching.focus import Focus, focus, judge_teacher
-from tracking.teaching.teach import AUTO, NOBODY, find_teacher, teach, teach_tracker
+from tracking.teaching.teach import teach, teach_tracker
 from tracking.teaching.teacher import TeacherTrainer, teacher_actions, teaching_task
 from tracking.teaching.teacher_file import Teacher, load_teacher, restore_teacher, save_teacher
+from tracking.teaching.who_teaches import AUTO, NOBODY, find_teacher, judge_tracker
 
 __all__ = [
     "AUTO",
@@ -14,6 +15,7 @@ __all__ = [
     "find_teacher",
     "focus",
     "judge_teacher",
+    "judge_tracker",
     "load_teacher",
     "restore_teacher",
     "save_teacher",

@@ -30,7 +30,7 @@ class Distillation:
         adviser: who knows what to do.
         actor: the pupil, rsl-rl's `MLPModel`.
         config: all numbers.
-        labels: file for what is told, which a resumed run needs; half a kilobyte to a kilobyte per label.
+        labels: file for what is told, which a resumed run needs; half a kilobyte per label, in half precision.
         seed: of who drives and of the batches.
     """
 
@@ -44,8 +44,8 @@ class Distillation:
         self._columns = np.cumsum((task.actor.size, task.actions))
         room = config.samples + config.steps_per_env * task.envs
         self.shape = [room, int(self._columns[-1])]
-        kept = labels.is_file() and labels.stat().st_size == 4 * self.shape[0] * self.shape[1]
-        self._labels = np.memmap(labels, np.float32, mode="r+" if kept else "w+", shape=tuple(self.shape))  # seen, told
+        kept = labels.is_file() and labels.stat().st_size == 2 * self.shape[0] * self.shape[1]
+        self._labels = np.memmap(labels, np.float16, mode="r+" if kept else "w+", shape=tuple(self.shape))  # seen, told
         self._age = np.zeros(task.envs)
         self._driven = np.ones(task.envs, dtype=bool)  # by the teacher, for this episode
         self.begin_anew()
@@ -124,7 +124,7 @@ class Distillation:
         if part < c.driving_until:  # what comes later is seen through the same glasses
             self.actor.train()
             self.actor.obs_normalizer.update(
-                torch.from_numpy(self._labels[self.samples - fresh : self.samples, :size].copy())
+                torch.from_numpy(self._labels[self.samples - fresh : self.samples, :size].astype(np.float32))
             )
             self.actor.eval()
         low, high = c.rate
@@ -132,7 +132,8 @@ class Distillation:
             group["lr"] = low + (high - low) * 0.5 * (1.0 + math.cos(math.pi * part))
         losses = []
         for _ in range(max(1, round(c.passes * fresh / c.batch))):
-            label = torch.from_numpy(self._labels[self.rng.integers(0, self.samples, size=c.batch)])
+            chosen = self._labels[self.rng.integers(0, self.samples, size=c.batch)]
+            label = torch.from_numpy(chosen.astype(np.float32))
             groups = TensorDict({"policy": label[:, :size]}, batch_size=[c.batch])
             loss = ((self.actor(groups) - label[:, size:]) ** 2).mean()
             self._optimiser.zero_grad()

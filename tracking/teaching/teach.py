@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -18,13 +18,13 @@ from robot_models import RobotModel
 from robot_models.maths import Progress, silent
 from tracking.config import DistillationConfig, TrainConfig
 from tracking.errors import TrackingError
-from tracking.policy import SHIPPED, read_tracker, with_gains
+from tracking.policy import SHIPPED
 from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256, read_rehearsal_set
-from tracking.teaching.adviser import Adviser, TeacherAdviser, TrackerAdviser
 from tracking.teaching.distillation import Distillation
 from tracking.teaching.focus import Focus, focus
 from tracking.teaching.teacher import TeacherTrainer, teaching_task
-from tracking.teaching.teacher_file import load_teacher, restore_teacher, save_teacher, teacher_actor
+from tracking.teaching.teacher_file import load_teacher, restore_teacher, save_teacher
+from tracking.teaching.who_teaches import REHEARSAL, TEACHER, adviser_of
 from tracking.training import (
     CHECKPOINT,
     CURVES,
@@ -40,8 +40,7 @@ from tracking.training import (
     write_curves,
 )
 
-AUTO, NOBODY = "auto", "none"
-LABELS, TEACHER, REHEARSAL, FORMAT_VERSION = "labels.bin", "teacher.pt", "rehearsal.npz", 1
+LABELS, FORMAT_VERSION = "labels.bin", 1
 
 
 def teach(
@@ -72,7 +71,7 @@ def teach(
         prepare_folder(folder, resume)
         if teacher.suffix != ".onnx":
             teacher = _focused(teacher, robot, pieces, folder, config, progress, resume=resume)
-        robot, make_adviser = _teacher(teacher, robot, pieces)
+        robot, make_adviser = adviser_of(teacher, robot, pieces)
         distil = _budget(config, pieces)
         task = TrackingTask(
             robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces],
@@ -116,7 +115,7 @@ def teach_tracker(
     Returns:
         The largest difference between onnxruntime and torch.
     """
-    robot, make_adviser = _teacher(teacher, robot, pieces)
+    robot, make_adviser = adviser_of(teacher, robot, pieces)
     distil = _budget(config, pieces)
     task = TrackingTask(
         robot=robot, reference=[p.reference for p in pieces], envs=distil.envs, config=config.task, seed=config.seed,
@@ -135,54 +134,12 @@ def teach_tracker(
         return export_tracker(folder, pupil, task)
 
 
-def find_teacher(asked: str, robot: str) -> Path | None:
-    """Who teaches: a file, a tracker that comes with the package by its name, or nobody.
-
-    Args:
-        asked: a path; a name, as tracker-g1; "auto", the robot's own where the package has one; "none".
-        robot: name of the robot.
-
-    Raises:
-        TrackingError: there is no such teacher.
-    """
-    if asked == NOBODY:
-        return None
-    own = SHIPPED / (f"tracker-{robot}" if asked == AUTO else asked) / TEACHER
-    if own.is_file() or asked == AUTO:
-        return own if own.is_file() else None
-    given = Path(asked)
-    path = given / TEACHER if given.is_dir() else given
-    if not path.is_file():
-        known = (
-            "a tracker's ONNX",
-            "a teacher.pt",
-            *sorted(p.parent.name for p in SHIPPED.glob(f"*/{TEACHER}")),
-            NOBODY,
-        )
-        raise TrackingError(
-            f"teacher '{asked}'", found="no such file", expected=", ".join(known),
-            option="teacher", suggestion=NOBODY,
-        )  # fmt: skip
-    return path
-
-
 def make_pupil(task: TrackingTask, config: TrainConfig) -> Any:
     """A new actor for a task, the same as PPO begins with."""
     seen, critic = task.observe()
     groups = {"policy": torch.as_tensor(seen), "critic": torch.as_tensor(critic)}
     observation = TensorDict(groups, batch_size=[task.envs], device="cpu")
     return make_algorithm(observation, task, config.ppo, Team()).get_policy()
-
-
-def _teacher(
-    teacher: Path, robot: RobotModel, pieces: Sequence[NamedReference]
-) -> tuple[RobotModel, Callable[[TrackingTask], Adviser]]:
-    """The robot with the teacher's gains, and what makes an adviser for a task of it."""
-    if teacher.suffix == ".onnx":
-        runners = [read_tracker(teacher, robot, piece.reference) for piece in pieces]
-        return with_gains(robot, runners[0].contract), lambda task: TrackerAdviser(runners, task)
-    told = load_teacher(teacher)
-    return robot, lambda task: TeacherAdviser(teacher_actor(told, task), task)
 
 
 def _focused(
@@ -297,4 +254,6 @@ def _line(run: Run, lesson: Distillation) -> str:
     if not run.curves:
         return told
     last = run.curves[-1]
-    return f"{told}, last judged {last['survived_s']:.1f} s, {100 * last['finished']:.0f} % finish"
+    judged = f"{told}, last judged {last['survived_s']:.1f} s, {100 * last['finished']:.0f} % finish"
+    worst = min(run.evaluations.values(), key=lambda e: e.finished, default=None)
+    return judged if worst is None or not worst.hardest.failed else f"{judged}, most fail at {worst.hardest.at_s:.0f} s"

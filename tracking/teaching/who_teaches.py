@@ -1,0 +1,79 @@
+"""Who teaches: a tracker by path or by name, what advises a pupil of it, and how well it dances untaught."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from robot_models import RobotModel
+from tracking.config import TrainConfig
+from tracking.errors import TrackingError
+from tracking.evaluation import Evaluation, evaluate, evaluation_task
+from tracking.policy import CONTRACT, SHIPPED, read_runner, read_tracker, with_gains
+from tracking.task import NamedReference, TrackingTask
+from tracking.teaching.adviser import Adviser, TeacherAdviser, TrackerAdviser
+from tracking.teaching.teacher_file import load_teacher, teacher_actor
+
+AUTO, NOBODY = "auto", "none"
+TEACHER, REHEARSAL = "teacher.pt", "rehearsal.npz"
+
+
+def find_teacher(asked: str, robot: str) -> Path | None:
+    """Who teaches: a file, a tracker that comes with the package by its name, or nobody.
+
+    Args:
+        asked: a path; a name, as tracker-g1; "auto", the robot's own where the package has one; "none".
+        robot: name of the robot.
+
+    Raises:
+        TrackingError: there is no such teacher.
+    """
+    if asked == NOBODY:
+        return None
+    own = SHIPPED / (f"tracker-{robot}" if asked == AUTO else asked) / TEACHER
+    if own.is_file() or asked == AUTO:
+        return own if own.is_file() else None
+    given = Path(asked)
+    path = given / TEACHER if given.is_dir() else given
+    if not path.is_file():
+        known = (
+            "a tracker's ONNX",
+            "a teacher.pt",
+            *sorted(p.parent.name for p in SHIPPED.glob(f"*/{TEACHER}")),
+            NOBODY,
+        )
+        raise TrackingError(
+            f"teacher '{asked}'", found="no such file", expected=", ".join(known),
+            option="teacher", suggestion=NOBODY,
+        )  # fmt: skip
+    return path
+
+
+def adviser_of(
+    teacher: Path, robot: RobotModel, pieces: Sequence[NamedReference]
+) -> tuple[RobotModel, Callable[[TrackingTask], Adviser]]:
+    """The robot with the teacher's gains, and what makes an adviser for a task of it."""
+    if teacher.suffix == ".onnx":
+        runners = [read_tracker(teacher, robot, piece.reference) for piece in pieces]
+        return with_gains(robot, runners[0].contract), lambda task: TrackerAdviser(runners, task)
+    told = load_teacher(teacher)
+    return robot, lambda task: TeacherAdviser(teacher_actor(told, task), task)
+
+
+def judge_tracker(
+    teacher: Path, robot: RobotModel, pieces: Sequence[NamedReference], config: TrainConfig, rollouts: int = 20
+) -> dict[str, Evaluation]:
+    """How well a tracker dances references that nobody taught it; {} of a teacher without a tracker beside it."""
+    found = {}
+    for piece in pieces:
+        if teacher.suffix == ".onnx":
+            runner = read_tracker(teacher, robot, piece.reference)
+        elif (teacher.parent / CONTRACT).is_file():
+            runner = read_runner(teacher.parent, piece.path)[1]
+        else:
+            break
+        found[piece.name] = evaluate(
+            runner, with_gains(robot, runner.contract), piece.reference, evaluation_task(config.task), rollouts=rollouts,
+            seed=config.seed + 900, threads=config.threads,
+        )  # fmt: skip
+    return found
