@@ -111,6 +111,7 @@ class RandomisationConfig(_Checked):
     torso_com: float = 0.03  # half width, each axis [m]
     gains: tuple[float, float] = _range(0.95, 1.05)  # factor on kp and kd, per joint
     encoder_bias: float = 0.01  # half width [rad]
+    imu_mounting: float = 0.02  # half width of the IMU's turn against where it should sit, about each axis [rad]
     # Motors lose torque with speed. In shares of the profile's speed limit, which is a motor's rated one: full torque up
     # to the knee, none from the no-load speed on. Unitree's four G1 motors: 0.70 to 0.83, and 1.08 to 1.14.
     torque_speed: bool = True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +20,7 @@ NOMINAL = RandomisationConfig(
     torso_com=0.0,
     gains=(1.0, 1.0),
     encoder_bias=0.0,
+    imu_mounting=0.0,
     torque_speed=False,
     delay=(0.0, 0.0),
     pushes=False,
@@ -56,6 +58,9 @@ CONDITIONS: dict[str, tuple[RandomisationConfig, ObservationNoise]] = {
     "pushes as trained": (_pushed(1.0), _NOISE),
     "pushes twice that": (_pushed(2.0), _NOISE),
     "encoder bias 0.03 rad": (replace(NOMINAL, encoder_bias=0.03), _NOISE),
+    **{
+        f"IMU turned by {deg} deg at most": (replace(NOMINAL, imu_mounting=math.radians(deg)), _NOISE) for deg in (1, 3)
+    },
     "IMU noise doubled": (NOMINAL, replace(_NOISE, orientation=2 * _NOISE.orientation, gyro=2 * _NOISE.gyro)),
     "encoder noise doubled": (
         NOMINAL,

@@ -32,6 +32,7 @@ class TaskState:
     frame: Int[Array, "N"]  # of the reference
     last_action: Float[Array, "N J"]
     encoder_bias: Float[Array, "N J"]  # [rad]
+    imu: Float[Array, "N 4"]  # root_from_imu, beyond the nominal mounting
     heading: Float[Array, "N 4"]  # turn from the reference's world to the robot's, fixed at the start of a rollout
 
 
@@ -155,7 +156,7 @@ def _ahead(tables: ReferenceTables, table: Array, frames: int, s: TaskState) -> 
 
 
 def _gyro(back: int, s: TaskState) -> Array:
-    return s.qvel[back, :, 3:6]
+    return rot.rotate(rot.conjugate(s.imu), s.qvel[back, :, 3:6])
 
 
 def _joint_pos(back: int, default: Array, s: TaskState) -> Array:
@@ -171,7 +172,9 @@ def _anchor_orientation(s: TaskState, tables: ReferenceTables) -> Array:
 
     The reference is turned by the heading difference of the rollout's start, which a robot fixes once with its IMU.
     """
-    robot = s.states.quat[:, tables.anchor]
+    # The anchor hangs from where the root is believed to be: its IMU's word for it.
+    root = s.qpos[0, :, 3:7]
+    robot = rot.multiply(rot.multiply(rot.multiply(root, s.imu), rot.conjugate(root)), s.states.quat[:, tables.anchor])
     wanted = rot.multiply(s.heading, tables.quat[s.frame, tables.anchor])
     matrix = rot.to_matrix(rot.multiply(rot.conjugate(robot), wanted))
     return matrix[..., :2].reshape(len(robot), 6)

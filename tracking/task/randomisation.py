@@ -13,6 +13,7 @@ from numpy import ndarray
 
 from robot_models import RobotModel
 from robot_models.maths import Array, array_namespace
+from robot_models.maths import rotation as rot
 from tracking.config import RandomisationConfig
 from tracking.engines import Rng, limit_torque_by_speed, training_model
 
@@ -26,6 +27,7 @@ class Robots:
 
     models: list[mujoco.MjModel]
     encoder_bias: Float[ndarray, "N J"]  # [rad]
+    imu: Float[ndarray, "N 4"]  # root_from_imu, beyond the nominal mounting
     delay: Float[ndarray, "N"]  # from sensor to motor [s]
 
 
@@ -35,11 +37,15 @@ def draw_robots(
     """`count` robots; all of them nominal where randomisation is off."""
     base, joints = training_model(robot, physics_dt), len(robot.joint_names)
     if not config.enabled:
-        return Robots(models=[base] * count, encoder_bias=np.zeros((count, joints)), delay=np.zeros(count))
+        straight = np.tile(rot.IDENTITY, (count, 1))
+        return Robots(
+            models=[base] * count, encoder_bias=np.zeros((count, joints)), imu=straight, delay=np.zeros(count)
+        )
     drawn = Robots(
         models=[_drawn(base, robot, config, rng) for _ in range(count)],
         encoder_bias=rng.uniform(-config.encoder_bias, config.encoder_bias, size=(count, joints)),
         delay=rng.uniform(*config.delay, size=count),
+        imu=rot.exp(rng.uniform(-config.imu_mounting, config.imu_mounting, size=(count, 3))),
     )
     for model in drawn.models if config.torque_speed else ():
         knee, no_load = rng.uniform(*config.knee), rng.uniform(*config.no_load)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import or_
 from typing import Any
@@ -72,7 +72,7 @@ class TrackingTask:
         self.target_range = to_device(lower), to_device(upper)
         self.joint_range = to_device(robot.lower), to_device(robot.upper)
         self.action_scale = to_device(c.action_scale * robot.effort / robot.kp)
-        self.encoder_bias, self.delay = to_device(drawn.encoder_bias), to_device(drawn.delay)
+        self.encoder_bias, self.delay, self.imu = (to_device(x) for x in (drawn.encoder_bias, drawn.delay, drawn.imu))
         self.pushes = Pushes(self.envs, self.dt, c.randomisation, self.rng, to_device)
         weights = self.weights or [1.0] * len(references)
         self.starts = (
@@ -86,7 +86,8 @@ class TrackingTask:
         self.last_action = to_device(np.zeros((self.envs, self.actions)))
         # States at the ends of the last control periods, the present one first.
         self.past = to_device(np.zeros((1 + max(c.look_back, default=0), *self.physics.state.shape)))
-        self.heading = to_device(np.tile(rot.IDENTITY, (self.envs, 1)))
+        self._straight = to_device(np.tile(rot.IDENTITY, (self.envs, 1)))
+        self.heading = self._straight + 0.0
         self.sensors = self.physics.body_sensors(robot, self.tables.bodies, self.threads)
         noise, joints = c.start_noise, np.ones(self.actions)
         widths = (noise.position, noise.orientation, noise.joint_position * joints, noise.linear_velocity)
@@ -113,7 +114,8 @@ class TrackingTask:
         self.past[:, ids] = self.physics.state[ids]
         self.frame[ids] = start
         self.last_action[ids] = 0.0
-        turned = rot.multiply(qpos[:, 3:7], rot.conjugate(self.tables.qpos[start, 3:7]))
+        told = rot.multiply(qpos[:, 3:7], self.imu[ids])
+        turned = rot.multiply(told, rot.conjugate(self.tables.qpos[start, 3:7]))
         self.heading[ids] = rot.from_yaw(rot.yaw(turned))
         self.sensors.read_some(ids, self.physics.state[ids])
 
@@ -177,23 +179,29 @@ class TrackingTask:
         return self.actor.disturbed(seen, self.rng) if noisy else seen, critic
 
     def observe_all(self) -> tuple[Float[Array, "N T"], Float[Array, "N 3"]]:
-        """What a teacher sees of the present state, without noise, and what its critic sees besides."""
-        s = self.task_state()
+        """What a teacher sees of the present state, by sensors without a fault, and what its critic sees besides."""
+        s = replace(self.task_state(), encoder_bias=0.0 * self.encoder_bias, imu=self._straight)
         seen = (self.actor.values(s), self.teacher.values(s))
         return array_namespace(seen[0]).concat(seen, axis=1), self.privileged.some(s, "anchor_position")
 
-    def measured(self, *, noisy: bool = True) -> Measurement:
-        """What the robots' sensors tell of the present state."""
+    def measured(self, *, noisy: bool = True, faulty: bool = True) -> Measurement:
+        """What the robots' sensors tell of the present state.
+
+        Args:
+            noisy: with noise.
+            faulty: with each robot's encoder bias and its IMU's mounting.
+        """
         noise, share = self.config.observation_noise, 1.0 if noisy else 0.0
         qpos, qvel = self.physics.qpos, self.physics.qvel
+        imu, bias = (self.imu, self.encoder_bias) if faulty else (self._straight, 0.0)
 
         def draw(size: int, width: float) -> Array:
             return share * width * self.rng.uniform(-1.0, 1.0, size=(self.envs, size))
 
         return Measurement(
-            quat=rot.multiply(qpos[:, 3:7], rot.exp(draw(3, noise.orientation))),
-            gyro=qvel[:, 3:6] + draw(3, noise.gyro),
-            joint_pos=qpos[:, 7:] + self.encoder_bias + draw(self.actions, noise.joint_position),
+            quat=rot.multiply(rot.multiply(qpos[:, 3:7], imu), rot.exp(draw(3, noise.orientation))),
+            gyro=rot.rotate(rot.conjugate(imu), qvel[:, 3:6]) + draw(3, noise.gyro),
+            joint_pos=qpos[:, 7:] + bias + draw(self.actions, noise.joint_position),
             joint_vel=qvel[:, 6:] + draw(self.actions, noise.joint_velocity),
             root_pos=qpos[:, :3],
             root_lin_vel=rot.rotate(rot.conjugate(qpos[:, 3:7]), qvel[:, :3]),
@@ -213,6 +221,7 @@ class TrackingTask:
             frame=self.frame,
             last_action=self.last_action,
             encoder_bias=self.encoder_bias,
+            imu=self.imu,
             heading=self.heading,
         )
 

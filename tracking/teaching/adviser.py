@@ -77,4 +77,4 @@ class TrackerAdviser:
         runner.actions[0][:] = done
 
     def _measured(self) -> Any:
-        return self._task.measured(noisy=False).picked(self._order)
+        return self._task.measured(noisy=False, faulty=False).picked(self._order)

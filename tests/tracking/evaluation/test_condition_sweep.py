@@ -23,6 +23,7 @@ TASK = TaskConfig(
 ONE = {
     "delay": {"delay"}, "gains": {"gains"}, "friction": {"friction"}, "mass": {"mass"}, "torque": {"torque_speed"},
     "motors": {"torque_speed", "knee", "no_load"}, "pushes": {"pushes", "push_linear", "push_angular"}, "encoder": {"encoder_bias"},
+    "IMU": {"imu_mounting"},
 }  # fmt: skip
 
 

@@ -21,6 +21,7 @@ pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles
 
 FILE = Path(tracking.__file__).parent / "policies" / "groove-dancer" / "reference.npz"
 BACK = (1, 3)
+STRAIGHT = np.tile(rot.IDENTITY, (5, 1))
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +90,7 @@ def test_every_number_is_of_its_own_joint_and_frame(task):
     qpos[:, :, 7:] = (100.0 * np.arange(28) + np.arange(4)[:, None])[:, None]
     qvel[:, :, 6:], qvel[:, :, 3:6] = -qpos[:, :, 7:], np.arange(4)[:, None, None] + [[[0.1, 0.2, 0.3]]]
     last = np.tile(100.0 * np.arange(28) + 7.0, (5, 1))
-    tags = dataclasses.replace(s, qpos=qpos, qvel=qvel, last_action=last, encoder_bias=np.zeros((5, 28)))
+    tags = dataclasses.replace(s, qpos=qpos, qvel=qvel, last_action=last, encoder_bias=np.zeros((5, 28)), imu=STRAIGHT)
     values, default = seen.values(tags), task.robot.default_joint_pos
 
     def told(name):
@@ -159,7 +160,7 @@ def test_a_robot_in_the_references_own_pose_sees_no_turn_and_no_way_to_go(task):
     )
     s = dataclasses.replace(
         task.task_state(), qpos=qpos, qvel=qvel, states=states, frame=frame, heading=np.tile(rot.IDENTITY, (5, 1)),
-        encoder_bias=np.zeros((5, 28)),
+        encoder_bias=np.zeros((5, 28)), imu=STRAIGHT,
     )  # fmt: skip
     actor, critic = task.actor.values(s), task.privileged.values(s)
     slices = task.actor.slices

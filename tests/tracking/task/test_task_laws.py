@@ -135,16 +135,26 @@ def test_a_state_that_is_no_number_ends_the_robot_and_spoils_nothing(make):
     assert result.reward[1] == wanted.reward[1]
 
 
-def test_sensors_tell_the_truth_within_their_noise_and_each_encoder_its_own_bias(make):
+def test_sensors_tell_the_truth_within_their_noise_and_each_encoder_and_imu_its_own_fault(make):
     task = make(100, TaskConfig())
     task.reset(np.arange(100), np.full(100, 100))
     qpos, qvel, noise = task.physics.qpos, task.physics.qvel, task.config.observation_noise
     exact = task.measured(noisy=False)
     np.testing.assert_allclose(exact.joint_pos - qpos[:, 7:], task.encoder_bias, atol=1e-12)
     assert task.encoder_bias.any()
-    np.testing.assert_allclose(exact.quat, qpos[:, 3:7], atol=1e-12)
-    np.testing.assert_array_equal(exact.gyro, qvel[:, 3:6])
-    np.testing.assert_allclose(rot.rotate(exact.quat, exact.root_lin_vel), qvel[:, :3], atol=1e-12)
+    mounted = rot.angle_between(exact.quat, qpos[:, 3:7])
+    assert (
+        0.5 * task.config.randomisation.imu_mounting
+        < mounted.max()
+        <= np.sqrt(3.0) * task.config.randomisation.imu_mounting
+    )
+    # One turned body: what it says of its own turn and of its own angular velocity fit together.
+    np.testing.assert_allclose(rot.rotate(exact.quat, exact.gyro), rot.rotate(qpos[:, 3:7], qvel[:, 3:6]), atol=1e-12)
+    right = task.measured(noisy=False, faulty=False)
+    np.testing.assert_array_equal(right.joint_pos, qpos[:, 7:])
+    np.testing.assert_allclose(right.quat, qpos[:, 3:7], atol=1e-12)
+    np.testing.assert_allclose(right.gyro, qvel[:, 3:6], atol=1e-12)
+    np.testing.assert_allclose(rot.rotate(right.quat, right.root_lin_vel), qvel[:, :3], atol=1e-12)
     noisy = task.measured()
     for name, width in (("gyro", noise.gyro), ("joint_pos", noise.joint_position), ("joint_vel", noise.joint_velocity)):
         off = np.abs(getattr(noisy, name) - getattr(exact, name))
