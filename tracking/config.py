@@ -229,9 +229,10 @@ class FocusConfig(_Checked):
 
     kl: float = 0.03
     evaluate_every: int = 400_000  # control steps
-    stands: float = 0.97  # share of two-second stands along the dance, and of its seconds, with which it is known
+    stands: float = 0.95  # share of two-second stands along the dance, and of its seconds, with which it is known
     patience: int = 5  # evaluations without a better one, after which there is nothing to wait for
     most_steps: int = 12_000_000
+    share: float = 0.6  # of the minutes that a run may take
 
 
 @dataclass(frozen=True, kw_only=True)

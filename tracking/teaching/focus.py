@@ -24,6 +24,8 @@ class Focus:
     steps: list[int] = field(default_factory=list)
     standing: list[list[Standing]] = field(default_factory=list)  # of every dance in focus
 
+    unjudged: int = 0  # control steps done, where the end came between two judgements
+
     @property
     def score(self) -> list[float]:
         """Of every judgement: mean of the stands, and of the shares of the seconds."""
@@ -61,7 +63,8 @@ def focus(
     *,
     threads: int = 1,
     progress: Progress = silent,
-    judged: Callable[[Focus], bool] = lambda _: False,
+    judged: Callable[[Focus], None] = lambda _: None,
+    told_to_stop: Callable[[], bool] = lambda: False,
 ) -> Focus:
     """Let a teacher go on until it knows the dances or gets no better.
 
@@ -72,7 +75,8 @@ def focus(
         config: all numbers.
         threads: of the physics of judgements.
         progress: told after every iteration.
-        judged: told after every judgement; the focus ends where it says so.
+        judged: told after every judgement.
+        told_to_stop: asked after every iteration.
     """
     came, done, last_judged = Focus(), 0, -1
     while done < config.most_steps:
@@ -80,11 +84,15 @@ def focus(
             last_judged = done // config.evaluate_every
             came.steps.append(done)
             came.standing.append(judge_teacher(trainer.actor, trainer.task.robot, pieces, threads))
-            if judged(came) or came.over(config):
+            judged(came)
+            if came.over(config):
                 break
         result = trainer.iterate_at(steps + done, config.kl)
         done += result.steps
         last = came.standing[-1]
         seconds, possible = sum(s.seconds for s in last), sum(s.possible_s for s in last)
-        progress("focus", done, config.most_steps, f"the teacher dances {seconds:.1f} of {possible:.1f} s")
+        progress("focus, at most", done, config.most_steps, f"the teacher dances {seconds:.1f} of {possible:.1f} s")
+        if told_to_stop():
+            came.unjudged = done
+            break
     return came

@@ -24,10 +24,11 @@ from tracking.teaching.distillation import Distillation
 from tracking.teaching.focus import Focus, focus
 from tracking.teaching.teacher import TeacherTrainer, teaching_task
 from tracking.teaching.teacher_file import load_teacher, restore_teacher, save_teacher
-from tracking.teaching.who_teaches import REHEARSAL, TEACHER, adviser_of
+from tracking.teaching.who_teaches import REHEARSAL, adviser_of
 from tracking.training import (
     CHECKPOINT,
     CURVES,
+    TEACHER,
     Run,
     Signals,
     Team,
@@ -69,8 +70,13 @@ def teach(
     """
     with ExitStack() as stack:
         prepare_folder(folder, resume)
-        if teacher.suffix != ".onnx":
-            teacher = _focused(teacher, robot, pieces, folder, config, progress, resume=resume)
+        run = Run(folder=folder)
+        if teacher.suffix != ".onnx" and not (resume and (folder / CHECKPOINT).exists()):
+            teacher = _focused(run, teacher, robot, pieces, config, progress)
+            if run.stopped:
+                return run
+        elif (folder / TEACHER).exists():
+            teacher = folder / TEACHER
         robot, make_adviser = adviser_of(teacher, robot, pieces)
         distil = _budget(config, pieces)
         task = TrackingTask(
@@ -80,9 +86,9 @@ def teach(
         stack.callback(task.close)
         torch.manual_seed(config.seed)
         torch.set_num_threads(Team().threads(config.threads))
-        run, actor = Run(folder=folder), make_pupil(task, config)
+        actor = make_pupil(task, config)
         lesson = Distillation(task, make_adviser(task), actor, distil, folder / LABELS, config.seed)
-        if resume:
+        if resume and (folder / CHECKPOINT).exists():
             _restore(run, lesson, pieces)
         else:
             _save(run, lesson, config, pieces)
@@ -143,43 +149,48 @@ def make_pupil(task: TrackingTask, config: TrainConfig) -> Any:
 
 
 def _focused(
+    run: Run,
     teacher: Path,
     robot: RobotModel,
     pieces: Sequence[NamedReference],
-    folder: Path,
     config: TrainConfig,
     progress: Progress,
-    *,
-    resume: bool,
 ) -> Path:
     """A teacher that knows the dances: itself, or what comes of a focus, which is kept in the run's folder.
 
     A focus that was interrupted goes on from its last judgement, with the memory of its failures lost.
     """
-    kept = folder / TEACHER
-    told = load_teacher(kept if resume and kept.exists() else teacher)
+    kept, began = run.folder / TEACHER, time.perf_counter()
+    told = load_teacher(kept if kept.exists() else teacher)
     if not told.can_learn:
         return teacher
     places = (teacher.parent / REHEARSAL, SHIPPED / f"tracker-{robot.name}" / REHEARSAL)
-    rehearsal = next((p for p in places if p.is_file()), places[0])
-    others = read_rehearsal_set(rehearsal, robot) if rehearsal.is_file() else []
-    references = [p.reference for p in (*pieces, *others)]
+    rehearsal = next((p for p in places if p.is_file()), None)
+    references = [p.reference for p in (*pieces, *(read_rehearsal_set(rehearsal, robot) if rehearsal else ()))]
     task = teaching_task(
         robot, references, told.config, task=config.task, seed=config.seed, threads=config.threads, focus=len(pieces)
     )
-    with closing(task):
+    with closing(task), Signals() as signals:
         trainer = TeacherTrainer(task, told.config, config.seed, config.threads)
         restore_teacher(trainer, told)
 
-        def judged(came: Focus) -> bool:
+        def judged(came: Focus) -> None:
             if came.steps[-1]:
                 save_teacher(kept, trainer, told.steps + came.steps[-1])
-            return False
+
+        def told_to_stop() -> bool:
+            run.seconds = time.perf_counter() - began
+            return bool(signals.came) or run.seconds > 60.0 * config.focus.share * config.minutes
 
         came = focus(
-            trainer, pieces, told.steps, config.focus, threads=config.threads, progress=progress, judged=judged
-        )
-    return kept if came.steps[-1] else teacher
+            trainer, pieces, told.steps, config.focus, threads=config.threads, progress=progress, judged=judged,
+            told_to_stop=told_to_stop,
+        )  # fmt: skip
+        if signals.came:
+            run.stopped = signals.came
+        elif came.unjudged:
+            save_teacher(kept, trainer, told.steps + came.unjudged)
+    return kept if kept.exists() else teacher
 
 
 def _budget(config: TrainConfig, pieces: Sequence[NamedReference]) -> DistillationConfig:
@@ -204,7 +215,7 @@ def _learn(
             board.scalars({f"failures/{name}": count for name, count in causes.items()}, run.steps)
             progress("teach", run.steps, budget, _line(run, lesson))
             if signals.came:
-                run.stopped = f"{signals.came}; --resume goes on from the last judgement"
+                run.stopped = signals.came
             elif run.steps // every > before // every or run.steps >= budget:
                 row = run.evaluate(torch_policy(lesson.actor), lesson.task.robot, pieces, config)
                 run.curves.append(row | {"loss": lesson.loss})

@@ -13,9 +13,10 @@ from tracking.policy import CONTRACT, SHIPPED, read_runner, read_tracker, with_g
 from tracking.task import NamedReference, TrackingTask
 from tracking.teaching.adviser import Adviser, TeacherAdviser, TrackerAdviser
 from tracking.teaching.teacher_file import load_teacher, teacher_actor
+from tracking.training import TEACHER
 
 AUTO, NOBODY = "auto", "none"
-TEACHER, REHEARSAL = "teacher.pt", "rehearsal.npz"
+REHEARSAL = "rehearsal.npz"
 
 
 def find_teacher(asked: str, robot: str) -> Path | None:

@@ -6,12 +6,13 @@ from tracking.training.curves import TensorBoard, write_curves
 from tracking.training.distributed import Team
 from tracking.training.ppo import Iteration, Trainer, make_algorithm
 from tracking.training.run import train
-from tracking.training.run_record import CHECKPOINT, CURVES, Run, prepare_folder
+from tracking.training.run_record import CHECKPOINT, CURVES, TEACHER, Run, prepare_folder
 from tracking.training.stop_signals import Signals
 
 __all__ = [
     "CHECKPOINT",
     "CURVES",
+    "TEACHER",
     "Iteration",
     "Run",
     "Signals",

@@ -16,7 +16,7 @@ from tracking.evaluation import Evaluation, evaluate, evaluation_task
 from tracking.policy import Policy
 from tracking.task import NamedReference
 
-CHECKPOINT, CURVES = "checkpoint.pt", "curves.csv"
+CHECKPOINT, CURVES, TEACHER = "checkpoint.pt", "curves.csv", "teacher.pt"
 
 
 @dataclass(kw_only=True)
@@ -74,7 +74,7 @@ def prepare_folder(folder: Path, resume: bool) -> None:
     Raises:
         TrackingError: a run is already there, and shall not go on; or the folder cannot be made.
     """
-    if not resume and (folder / CHECKPOINT).exists():
+    if not resume and any((folder / name).exists() for name in (CHECKPOINT, TEACHER)):
         raise TrackingError(
             str(folder), found="a run that is already there", expected="a new folder",
             cure="name another, or go on with it", option="resume", suggestion=" ",

@@ -120,7 +120,7 @@ def test_a_run_that_was_told_to_stop_goes_on_exactly_from_its_last_judgement(tmp
             os.kill(os.getpid(), signal.SIGTERM)
 
     stopped = run(tmp_path / "cut", teacher, bundle, progress=stop_once)
-    assert "--resume" in stopped.stopped and len(stopped.curves) == 1
+    assert "resumed" in stopped.stopped and len(stopped.curves) == 1
     resumed = run(tmp_path / "cut", teacher, bundle, resume=True)
     pick = [[(r["steps"], r["loss"], r["survived_s"]) for r in each.curves] for each in (whole, resumed)]
     assert pick[0] == pick[1] and len(pick[0]) == 2
@@ -144,6 +144,22 @@ def test_a_teacher_with_its_critic_focuses_first_on_what_it_rehearses_with(tmp_p
     write_rehearsal_set(tmp_path / "rehearsal.npz", [read_named_reference(bundle.folder / "reference.npz")], "by us")
     told = []
     run(tmp_path / "run", learning, bundle, progress=lambda *what: told.append(what))
-    assert [stage for stage, *_ in told] == sorted((stage for stage, *_ in told), key=("focus", "teach").index)
+    assert [stage for stage, *_ in told] == sorted((stage for stage, *_ in told), key=("focus, at most", "teach").index)
     focused = load_teacher(tmp_path / "run" / "teacher.pt")
     assert focused.steps == 32 and focused.can_learn  # as it was last judged
+
+
+def test_a_focus_that_is_told_to_stop_keeps_its_teacher_and_goes_on_when_resumed(tmp_path, teacher, bundle):
+    def stop_in_the_focus(stage, done, total, note=""):
+        if "focus" in stage and done > 32:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    learning = teacher.with_name("learning.pt")
+    stopped = run(tmp_path / "run", learning, bundle, progress=stop_in_the_focus)
+    assert "SIGTERM" in stopped.stopped and not stopped.curves and not (tmp_path / "run" / "policy.onnx").exists()
+    assert load_teacher(tmp_path / "run" / "teacher.pt").steps == 32
+    with pytest.raises(TrackingError, match="already there"):
+        run(tmp_path / "run", learning, bundle)
+    whole = run(tmp_path / "run", learning, bundle, resume=True)
+    assert whole.curves and load_teacher(tmp_path / "run" / "teacher.pt").steps > 32
+    assert load_bundle(tmp_path / "run").contract.reference_sha256
