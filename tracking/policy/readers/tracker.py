@@ -59,6 +59,10 @@ def read_tracker(path: Path, robot: RobotModel, reference: Reference) -> Runner:
         )  # fmt: skip
     told = _read(file)
     source = f"{path} ({told['name']})"
+    if told.get("robot", robot.name) != robot.name:
+        raise TrackingError(
+            source, found=f"a tracker of {told['robot']}", expected=f"one of {robot.name}, whose reference this is"
+        )
     joints = robot.joint_names if told.get("joints", "robot") == "robot" else tuple(told["joints"])
     rows = [_rows(entry, told, joints, len(robot.profile.tracked), source) for entry in told["input"]]
     _same_sizes(session, told, rows, source)
@@ -119,8 +123,7 @@ def _rows(
     rows = []
     for part in entry["rows"]:
         terms = [term for name in part["groups"] for term in told["group"][name]] if "groups" in part else [part]
-        at = part.get("at", 0)
-        for k in range(at[0], at[1] + 1) if isinstance(at, list) else [at]:
+        for k in _periods(part):
             for term in terms:
                 if term["kind"] not in TERMS:
                     raise TrackingError(
@@ -130,6 +133,14 @@ def _rows(
                 scale = float(term.get("scale", 1.0))
                 rows.append(row_of(term["kind"], len(joints), at=k, bodies=bodies, scale=scale, zeroed=zeroed))
     return tuple(rows)
+
+
+def _periods(part: Mapping[str, Any]) -> Sequence[int]:
+    """Control periods from now: one, several, or all from one to another."""
+    if "from" in part:
+        return range(int(part["from"]), int(part["to"]) + 1)
+    at = part.get("at", 0)
+    return at if isinstance(at, list) else [at]
 
 
 def _per_joint(table: Mapping[str, float], joints: Sequence[str], where: str) -> Float[ndarray, "J"]:

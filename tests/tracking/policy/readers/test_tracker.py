@@ -198,5 +198,38 @@ def test_the_contract_in_the_docs_is_one(tmp_path):
         quat=now.root_quat[[40]], gyro=np.zeros((1, 3)), joint_pos=now.joint_pos[[40]], joint_vel=np.zeros((1, 29))
     )
     runner.start(measured, 40)
-    # The network picks the third of the four frames ahead: the target is the reference three frames on.
-    np.testing.assert_allclose(runner.act(measured), now.joint_pos[[43]], atol=1e-6)
+    # The network picks the third of the four frames ahead: the target is the reference four frames on.
+    np.testing.assert_allclose(runner.act(measured), now.joint_pos[[44]], atol=1e-6)
+
+
+def test_protomotions_is_known_by_its_inputs(tmp_path):
+    """A network of its interface, whose targets are the reference's joints four frames on."""
+    shapes = {
+        "current_anchor_rot": [4], "current_dof_pos": [29], "current_dof_vel": [29], "current_root_local_ang_vel": [3],
+        "historical_processed_actions": [1, 29], "mimic_future_anchor_rot": [4, 4], "mimic_future_dof_pos": [4, 29],
+        "mimic_future_dof_vel": [4, 29],
+    }  # fmt: skip
+    nodes = [
+        helper.make_node("Gather", ["mimic_future_dof_pos", "third"], ["joint_pos_targets"], axis=1),
+        *(helper.make_node("Identity", [name], [f"same/{name}"]) for name in shapes),
+    ]
+    graph = helper.make_graph(
+        nodes, "g", [helper.make_tensor_value_info(n, TensorProto.FLOAT, [1, *s]) for n, s in shapes.items()],
+        [helper.make_tensor_value_info("joint_pos_targets", TensorProto.FLOAT, [1, 29])],
+        [numpy_helper.from_array(np.array(2), "third")],
+    )  # fmt: skip
+    path = tmp_path / "unified_pipeline.onnx"
+    onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9), str(path))
+    bundle = load_bundle(path, reference=REFERENCE)
+    assert bundle.contract.source.endswith("(ProtoMotions)")
+    motion, now = bundle.runner.motion, somewhere(bundle.runner, np.random.default_rng(0))
+    bundle.runner.start(now, 50)
+    np.testing.assert_allclose(bundle.runner.act(now), np.tile(motion.joint_pos[54], (3, 1)), atol=1e-6)
+    bundle.runner.act(now)
+    shown = bundle.runner.seen[:, 65:94]  # after orientation, joints, velocities and gyro: what was asked for before
+    np.testing.assert_allclose(shown, np.tile(motion.joint_pos[54], (3, 1)), atol=1e-6)
+
+
+def test_a_tracker_of_another_robot_is_refused(twist2):
+    with pytest.raises(TrackingError, match="a tracker of g1"):
+        load_bundle(twist2, reference=SHIPPED / "groove-dancer" / "reference.npz")
