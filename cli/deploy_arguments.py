@@ -22,12 +22,13 @@ class Arguments:
     Examples:
         dance-deploy groove-g1 --rehearse
         dance-deploy groove-g1 --rehearse --loops 4 --recording rehearsal.rrd --json rehearsal.json
+        dance-deploy tracker-g1 --ref dance_g1.npz --rehearse
         dance-deploy groove-g1 --interface eth0
         dance-deploy groove-g1 --interface eth0 --send --confirm eth0
     """
 
     bundle: ClipPath
-    """Folder of the bundle, or groove-g1."""
+    """Folder of the bundle, or groove-g1; or a tracker of ours, with --ref: tracker-g1."""
     ref: Path | None = None
     """What a tracker shall follow: any reference of its robot."""
     rehearse: bool = False

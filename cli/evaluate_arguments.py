@@ -21,15 +21,17 @@ class Arguments:
         dance-eval runs/groove --rollouts 500 --json result.json
         dance-eval groove-g1 --engine all --sweep --picture sweep.png
         dance-eval runs/song
+        dance-eval tracker-g1 --ref dance_g1.npz
+        dance-eval twist2_1017_20k.onnx --ref dance_g1.npz
     """
 
     bundle: ClipPath
     """Folder that dance-train wrote (policy.onnx, contract.json, golden.npz, reference.npz; of a policy that dances
     several references, the run's folder: a row for each), or groove-dancer or
-    groove-g1, which come with the package. Also another tool's policy: an ONNX with BeyondMimic's metadata, or Unitree's
+    groove-g1, which come with the package. Or a tracker, with --ref: tracker-g1, or another lab's ONNX (docs/trackers.md). Also another tool's policy: an ONNX with BeyondMimic's metadata, or Unitree's
     deploy.yaml with its policy.onnx beside it."""
     ref: Path | None = None
-    """The reference that it shall perform, where it does not lie in the bundle."""
+    """The reference that it shall perform, where it does not lie in the bundle: a tracker follows any of its robot."""
     robot: str | None = None
     """Its robot, or the path of a profile, where the policy does not say."""
     engine: str = "mujoco"

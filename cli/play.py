@@ -27,12 +27,12 @@ class Arguments:
         dance-play runs/groove
         dance-play runs/groove --film groove.mp4
         dance-play groove.npz
-        dance-play twist2_1017_20k.onnx --ref groove_g1.npz
+        dance-play tracker-g1 --ref dance_g1.npz
     """
 
     what: ClipPath
     """Folder of a policy bundle, the name of one that comes with the package (groove-dancer, groove-g1), a tracker
-    (with --ref), or a reference (.npz), which is shown without physics."""
+    with --ref (tracker-g1, or another lab's ONNX), or a reference (.npz), which is shown without physics."""
     ref: Path | None = None
     """What a tracker shall follow: any reference of its robot."""
     film: Path | None = None

@@ -240,7 +240,7 @@ class DistillationConfig(_Checked):
     """What a pupil learns of a teacher (DAgger)."""
 
     samples: int = 0  # labels in all; 0: by the length of the dances
-    per_second: int = 60_000  # labels for each second of them
+    per_second: int = 90_000  # labels for each second of them
     bounds: tuple[int, int] = _range(300_000, 6_000_000)  # of the labels in all
     evaluate_every: int = 100_000  # labels between evaluations, at least
     # The same, in control steps of one evaluation: it shall take a tenth of the time.

@@ -27,3 +27,30 @@ def test_a_shipped_policy_finishes_its_dance(name):
 def test_what_is_no_bundle_is_refused_with_the_names_of_those_there_are(tmp_path):
     with pytest.raises(TrackingError, match="groove-dancer, groove-g1"):
         load_bundle(tmp_path / "nothing")
+
+
+def test_the_shipped_tracker_is_whole_and_dances_what_it_was_not_made_for():
+    from tracking.policy import SHIPPED
+    from tracking.task import read_rehearsal_set
+    from tracking.teaching import find_teacher, load_teacher
+
+    teacher = find_teacher("auto", "g1")
+    assert teacher == find_teacher("tracker-g1", "g1") == SHIPPED / "tracker-g1" / "teacher.pt"
+    assert find_teacher("none", "g1") is None and find_teacher("auto", "jvrc1") is None
+    assert load_teacher(teacher).can_learn
+    bundle = load_bundle(Path("tracker-g1"), reference=SHIPPED / "groove-g1" / "reference.npz")
+    rehearsed = read_rehearsal_set(teacher.with_name("rehearsal.npz"), bundle.robot)
+    assert len(rehearsed) > 30 and sum(p.reference.duration_s for p in rehearsed) > 900.0
+    result = evaluate(
+        bundle.runner, bundle.robot, bundle.reference, evaluation_task(TaskConfig()), rollouts=4, seed=3, threads=1
+    )
+    assert result.stood_s > 2.0  # zero action: one second
+    with pytest.raises(TrackingError, match="follows any reference"):
+        load_bundle(Path("tracker-g1"))
+
+
+def test_a_teacher_that_is_not_there_is_refused_with_what_there_is():
+    from tracking.teaching import find_teacher
+
+    with pytest.raises(TrackingError, match="tracker-g1"):
+        find_teacher("nobody.pt", "g1")
