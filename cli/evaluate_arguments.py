@@ -27,9 +27,9 @@ class Arguments:
 
     bundle: ClipPath
     """Folder that dance-train wrote (policy.onnx, contract.json, golden.npz, reference.npz; of a policy that dances
-    several references, the run's folder: a row for each), or groove-dancer or
-    groove-g1, which come with the package. Or a tracker, with --ref: tracker-g1, or another lab's ONNX (docs/trackers.md). Also another tool's policy: an ONNX with BeyondMimic's metadata, or Unitree's
-    deploy.yaml with its policy.onnx beside it."""
+    several references, the run's folder: a row for each), or groove-dancer or groove-g1, which come with the package. Or a
+    tracker, with --ref: tracker-g1, or another lab's ONNX (docs/trackers.md). Also another tool's policy: an ONNX with
+    BeyondMimic's metadata, or Unitree's deploy.yaml with its policy.onnx beside it."""
     ref: Path | None = None
     """The reference that it shall perform, where it does not lie in the bundle: a tracker follows any of its robot."""
     robot: str | None = None
