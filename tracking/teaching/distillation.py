@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -43,9 +43,11 @@ class Distillation:
         self._optimiser = torch.optim.Adam(actor.mlp.parameters(), lr=config.rate[1])
         self._columns = np.cumsum((task.actor.size, task.actions))
         room = config.samples + config.steps_per_env * task.envs
-        self.shape = [room, int(self._columns[-1])]
-        kept = labels.is_file() and labels.stat().st_size == 2 * self.shape[0] * self.shape[1]
-        self._labels = np.memmap(labels, np.float16, mode="r+" if kept else "w+", shape=tuple(self.shape))  # seen, told
+        # Seen, then told, in a row. A file that is there is gone on with, and grows with the budget.
+        mode: Literal["r+", "w+"] = "r+" if labels.is_file() else "w+"
+        self._labels = np.memmap(labels, np.float16, mode=mode, shape=(room, int(self._columns[-1])))
+        self._best: dict[str, Any] = {}
+        self._best_score = -1.0
         self._age = np.zeros(task.envs)
         self._driven = np.ones(task.envs, dtype=bool)  # by the teacher, for this episode
         self.begin_anew()
@@ -83,6 +85,17 @@ class Distillation:
         self._labels[self.samples : self.samples + len(seen)] = np.concatenate((seen, advice), axis=1)
         self.samples += len(seen)
 
+    def judged(self, score: float) -> None:
+        """Keep the pupil as it is now, if no judgement before was better."""
+        if score >= self._best_score:
+            self._best = {name: value.clone() for name, value in self.actor.state_dict().items()}
+            self._best_score = score
+
+    def keep_best(self) -> None:
+        """Put the pupil back to where it was judged best."""
+        if self._best:
+            self.actor.load_state_dict(self._best)
+
     def begin_anew(self) -> None:
         """Put all robots elsewhere: what follows depends on `state_dict` alone."""
         self._begin_some_anew(np.ones(self.task.envs, dtype=bool))
@@ -94,14 +107,23 @@ class Distillation:
             "actor": self.actor.state_dict(),
             "optimiser": self._optimiser.state_dict(),
             "samples": self.samples,
-            "labels": self.shape,
+            "columns": self._columns.tolist(),
+            "best": self._best,
+            "best_score": self._best_score,
             "generators": json.dumps(generators),
             "pushes": torch.from_numpy(self.task.pushes.wait.copy()),
             "starts": {name: torch.from_numpy(value.copy()) for name, value in self.task.starts.state_dict().items()},
         }
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go on from a saved state."""
+        """Go on from a saved state.
+
+        Raises:
+            ValueError: it is another network's.
+        """
+        if state["columns"] != self._columns.tolist():
+            raise ValueError(f"{state['columns']} numbers instead of {self._columns.tolist()}")
+        self._best, self._best_score = state["best"], state["best_score"]
         self.actor.load_state_dict(state["actor"])
         self._optimiser.load_state_dict(state["optimiser"])
         self.samples, generators = state["samples"], json.loads(state["generators"])

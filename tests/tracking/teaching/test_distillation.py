@@ -19,6 +19,7 @@ from tracking.teaching import TeacherTrainer, load_teacher, save_teacher, teachi
 from tracking.teaching.adviser import TrackerAdviser
 from tracking.teaching.distillation import Distillation
 from tracking.teaching.teach import LABELS, make_pupil
+from tracking.training import torch_policy
 
 SMALL = DistillationConfig(samples=6 * 8 * 10, envs=8, steps_per_env=6, batch=32)
 
@@ -113,7 +114,7 @@ def run(folder, teacher, bundle, **more):
 
 def test_a_run_that_was_told_to_stop_goes_on_exactly_from_its_last_judgement(tmp_path, teacher, bundle):
     whole = run(tmp_path / "whole", teacher, bundle)
-    assert whole.stopped.startswith("budget") and not (tmp_path / "whole" / LABELS).exists()
+    assert whole.stopped.startswith("budget") and (tmp_path / "whole" / LABELS).exists()  # it did not reach its target
 
     def stop_once(stage, done, total, note=""):
         if 300 < done < 400:
@@ -125,6 +126,27 @@ def test_a_run_that_was_told_to_stop_goes_on_exactly_from_its_last_judgement(tmp
     pick = [[(r["steps"], r["loss"], r["survived_s"]) for r in each.curves] for each in (whole, resumed)]
     assert pick[0] == pick[1] and len(pick[0]) == 2
     assert load_bundle(tmp_path / "cut").contract.joint_names == bundle.contract.joint_names
+
+
+def test_a_run_goes_on_with_a_larger_budget(tmp_path, teacher, bundle):
+    run(tmp_path / "run", teacher, bundle)
+    more = dataclasses.replace(CONFIG, distillation=dataclasses.replace(CONFIG.distillation, samples=720))
+    piece = read_named_reference(bundle.folder / "reference.npz")
+    again = teach(bundle.robot, [piece], tmp_path / "run", teacher, more, resume=True)
+    assert [row["steps"] for row in again.curves] == [240, 480, 720]
+
+
+def test_the_pupil_that_was_judged_best_is_kept(task, tmp_path):
+    lesson = Distillation(task, Constant(task, 0.3), make_pupil(task, TrainConfig()), SMALL, tmp_path / LABELS)
+    seen = task.observe(noisy=False)[0]
+    lesson.iterate()
+    lesson.judged(0.9)
+    best = torch_policy(lesson.actor)(seen)
+    lesson.iterate()
+    lesson.judged(0.5)
+    assert np.abs(torch_policy(lesson.actor)(seen) - best).max() > 1e-4
+    lesson.keep_best()
+    np.testing.assert_array_equal(torch_policy(lesson.actor)(seen), best)
 
 
 def test_what_cannot_be_resumed_is_refused(tmp_path, teacher, bundle):
