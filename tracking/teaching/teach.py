@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
@@ -71,12 +72,12 @@ def teach(
     with ExitStack() as stack:
         prepare_folder(folder, resume)
         run = Run(folder=folder)
-        if teacher.suffix != ".onnx" and not (resume and (folder / CHECKPOINT).exists()):
-            teacher = _focused(run, teacher, robot, pieces, config, progress)
+        going_on = resume and (folder / CHECKPOINT).exists()
+        if teacher.suffix != ".onnx":  # a teacher of ours, which can learn
+            focused = folder / TEACHER if going_on else _focused(run, teacher, robot, pieces, config, progress)
+            teacher = focused if focused.exists() else teacher
             if run.stopped:
                 return run
-        elif (folder / TEACHER).exists():
-            teacher = folder / TEACHER
         robot, make_adviser = adviser_of(teacher, robot, pieces)
         distil = _budget(config, pieces)
         task = TrackingTask(
@@ -88,7 +89,7 @@ def teach(
         torch.set_num_threads(Team().threads(config.threads))
         actor = make_pupil(task, config)
         lesson = Distillation(task, make_adviser(task), actor, distil, folder / LABELS, config.seed)
-        if resume and (folder / CHECKPOINT).exists():
+        if going_on:
             _restore(run, lesson, pieces)
         else:
             _save(run, lesson, config, pieces)
@@ -211,6 +212,11 @@ def _learn(
         run.stopped = run.reason_to_stop(config, budget)
         while not run.stopped:
             causes = lesson.iterate()
+            if not math.isfinite(lesson.loss):
+                raise TrackingError(
+                    f"label {lesson.samples}", found="a loss that is not finite", expected="finite numbers",
+                    cure="go on from the last judgement", option="resume", suggestion=" ",
+                )  # fmt: skip
             before, run.steps, run.seconds = run.steps, lesson.samples, time.perf_counter() - began
             board.scalars({"teaching/loss": lesson.loss, "teaching/driving": lesson.driving}, run.steps)
             board.scalars({f"failures/{name}": count for name, count in causes.items()}, run.steps)
