@@ -4,6 +4,7 @@ import ast
 import importlib
 import subprocess
 import sys
+import tomllib
 from functools import cache
 
 import pytest
@@ -187,3 +188,8 @@ def test_recordings_and_retargeting_do_without_the_training_packages():
     code = "import sys, cli.recordings, cli.retarget; print([m for m in ('torch', 'tracking', 'rerun') if m in sys.modules])"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True).stdout
     assert out.strip() == "[]"
+
+
+def test_every_package_is_in_the_wheel():
+    told = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
+    assert set(told) == packages()
