@@ -1,0 +1,54 @@
+"""Dances that nobody danced: the same for a seed, of one person, on her feet, and a clip like any other."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from clips import HumanClip, read_clip
+from clips.samples.make_samples import ANKLE, JOINTS, NAMES, write_bvh
+
+FILE = Path(__file__).parents[2] / "scripts" / "choreograph.py"
+
+
+@pytest.fixture(scope="module")
+def script():
+    spec = importlib.util.spec_from_file_location("choreograph", FILE)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def danced(script, seed, seconds=12.0):
+    dance = script.Dance(seconds, np.random.default_rng(seed))
+    dance.choreograph()
+    return dance, *script.pose(dance)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_dancer_keeps_her_bones_and_stands_between_her_moves(script, seed):
+    dance, positions, turns = danced(script, seed)
+    assert np.isfinite(positions).all() and np.abs(np.linalg.norm(turns, axis=-1) - 1.0).max() < 1e-9
+    for i, (_, parent, offset) in enumerate(JOINTS):
+        if parent:
+            bone = np.linalg.norm(positions[:, i] - positions[:, NAMES.index(parent)], axis=-1)
+            np.testing.assert_allclose(bone, np.linalg.norm(offset), atol=1e-9)
+    ankles = positions[:, [NAMES.index("LeftFoot"), NAMES.index("RightFoot")], 2]
+    assert ankles.min() > ANKLE - 0.02
+    assert ((ankles - ANKLE).min(axis=1)[dance.raised < 1e-6] < 0.03).mean() > 0.9  # one foot stands, but for hops
+    speed = np.abs(np.diff(positions[:, 0], axis=0)).max() * script.FPS
+    assert 0.1 < speed < 4.0
+
+
+def test_a_seed_is_a_dance(script):
+    one, same, other = (danced(script, seed)[1] for seed in (3, 3, 4))
+    np.testing.assert_array_equal(one, same)
+    assert one.shape != other.shape or np.abs(one - other).max() > 0.1
+
+
+def test_a_dance_is_read_as_any_other(script, tmp_path):
+    _, positions, turns = danced(script, 1)
+    write_bvh(tmp_path / "dance.bvh", positions, turns)
+    clip = read_clip(tmp_path / "dance.bvh")
+    assert isinstance(clip, HumanClip) and clip.frames == len(positions)
