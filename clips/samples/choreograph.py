@@ -1,4 +1,4 @@
-"""Dances that nobody danced, for trackers to learn from: python scripts/choreograph.py FOLDER [--count 60] [--seed 0].
+"""Dances that nobody danced, for trackers to learn from: python -m clips.samples.choreograph FOLDER [--count 60] [--seed 0].
 
 The sample dance's stick figure steps, turns, hops, kicks, squats and lunges at random, its arms and trunk moving to a beat of its
 own; every dance is a BVH for dance-retarget. The same seed gives the same dances. Nothing recorded goes into them.
