@@ -1,4 +1,4 @@
-"""Dances that nobody danced, for trackers to learn from: python -m clips.samples.choreograph FOLDER [--count 60] [--seed 0].
+"""Dances that nobody danced, for trackers to learn from: python -m clips.samples.choreograph FOLDER COUNT.
 
 The sample dance's stick figure steps, turns, hops, kicks, squats and lunges at random, its arms and trunk moving to a beat of its
 own; every dance is a BVH for dance-retarget. The same seed gives the same dances. Nothing recorded goes into them.
@@ -174,9 +174,9 @@ def main() -> None:
     """Write the dances."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--count", type=int, default=60)
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("count", type=int, nargs="?", default=60)
+    parser.add_argument("seconds", type=float, nargs="?", default=20.0)
+    parser.add_argument("seed", type=int, nargs="?", default=0)
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     for k in range(args.count):
