@@ -40,8 +40,9 @@ class Arguments:
     out: Out = None
     """Folder of the run, which is the bundle; of several references each has its bundle inside. Default:
     runs/<reference>."""
-    steps: int = TrainConfig.steps
-    """Budget in control steps of all environments together, which of a taught dance are labels; schedules run over it."""
+    steps: int | None = None
+    """Budget, over which the schedules run: of a taught dance labels, by default as many as its length asks; of PPO control
+    steps of all environments together, by default three million."""
     minutes: float = TrainConfig.minutes
     """Stop after this much time, whatever the steps."""
     envs: int = TrainConfig.envs
@@ -68,7 +69,7 @@ class Arguments:
     def config(self) -> TrainConfig:
         """All numbers of the run."""
         base = TrainConfig(
-            steps=self.steps,
+            steps=TrainConfig.steps if self.steps is None else self.steps,
             minutes=self.minutes,
             envs=self.envs,
             seed=self.seed,
@@ -76,7 +77,7 @@ class Arguments:
             target=self.target,
             engine=self.engine,
         )
-        if self.steps != TrainConfig.steps:
+        if self.steps is not None:
             base = replace(base, distillation=replace(base.distillation, samples=self.steps))
         draw = replace(base.task.randomisation, enabled=self.randomisation)
         return replace(base, task=replace(base.task, randomisation=draw))

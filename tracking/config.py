@@ -245,7 +245,6 @@ class DistillationConfig(_Checked):
     evaluate_every: int = 100_000  # labels between evaluations, at least
     # The same, in control steps of one evaluation: it shall take a tenth of the time.
     evaluate_share: float = 5.0
-    envs: int = 256
     steps_per_env: int = 24  # control periods between two rounds of learning
     driving: tuple[float, float] = (1.0, 0.2)  # share of the episodes in which the teacher drives, first and last
     driving_until: float = 0.25  # share of the samples over which it falls

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import cached_property, reduce
 from operator import or_
 from typing import Any
 
@@ -18,7 +18,7 @@ from robot_models.maths import rotation as rot
 from tracking.config import TaskConfig
 from tracking.engines import Engine, MujocoBatch
 from tracking.policy import Measurement, joint_targets, target_range
-from tracking.task.observations import TaskState, actor_table, privileged_table, teacher_table
+from tracking.task.observations import ObservationTable, TaskState, actor_table, privileged_table, teacher_table
 from tracking.task.randomisation import Pushes, draw_robots
 from tracking.task.resets import FocusedSampler, ResetSampler
 from tracking.task.rewards import beyond_soft_limits, reward_terms
@@ -81,7 +81,7 @@ class TrackingTask:
             else ResetSampler(tables, self.dt, c.starts, weights, to_device)
         )
         self.actor = actor_table(robot, self.tables, c.observation_noise, c.look_ahead, c.look_back, to_device)
-        self.privileged, self.teacher = privileged_table(self.tables), teacher_table(self.tables)
+        self.privileged = privileged_table(self.tables)
         self.frame = to_device(np.zeros(self.envs, dtype=int))
         self.last_action = to_device(np.zeros((self.envs, self.actions)))
         # States at the ends of the last control periods, the present one first.
@@ -94,6 +94,11 @@ class TrackingTask:
         self._disturbance = [to_device(noise.scale * np.array(w)) for w in (*widths, noise.angular_velocity)]
         self._start_noise = 1.0
         self.reset(to_device(np.arange(self.envs)))
+
+    @cached_property
+    def teacher(self) -> ObservationTable:
+        """What a teacher sees beside the actor's terms; made when the first one looks."""
+        return teacher_table(self.tables)
 
     @property
     def actions(self) -> int:

@@ -23,7 +23,6 @@ class Focus:
 
     steps: list[int] = field(default_factory=list)
     standing: list[list[Standing]] = field(default_factory=list)  # of every dance in focus
-
     unjudged: int = 0  # control steps done, where the end came between two judgements
 
     @property
@@ -45,14 +44,14 @@ def judge_teacher(
     pieces: Sequence[NamedReference],
     threads: int = 1,
     *,
-    longest_s: float = 10.0,
+    seed: int = 1,
 ) -> list[Standing]:
-    """How well a teacher follows references, on drawn robots, at the physics of evaluations."""
+    """How well a teacher follows references, on robots drawn by the seed, at the physics of evaluations."""
 
     def act(task: TrackingTask) -> Float[ndarray, "N J"]:
         return teacher_actions(actor, task.observe_all()[0])
 
-    return judge_standing(act, robot, pieces, evaluation_task(TaskConfig()), threads=threads, longest_s=longest_s)
+    return judge_standing(act, robot, pieces, evaluation_task(TaskConfig()), threads=threads, seed=seed)
 
 
 def focus(
@@ -83,7 +82,8 @@ def focus(
         if done // config.evaluate_every > last_judged:
             last_judged = done // config.evaluate_every
             came.steps.append(done)
-            came.standing.append(judge_teacher(trainer.actor, trainer.task.robot, pieces, threads))
+            robot, seed = trainer.task.robot, 1 + last_judged  # robots that no judgement had before
+            came.standing.append(judge_teacher(trainer.actor, robot, pieces, threads, seed=seed))
             judged(came)
             if came.over(config):
                 break

@@ -78,17 +78,8 @@ def teach(
             teacher = focused if focused.exists() else teacher
             if run.stopped:
                 return run
-        robot, make_adviser = adviser_of(teacher, robot, pieces)
-        distil = _budget(config, pieces)
-        task = TrackingTask(
-            robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces],
-            envs=distil.envs, config=config.task, seed=config.seed, threads=config.threads,
-        )  # fmt: skip
-        stack.callback(task.close)
-        torch.manual_seed(config.seed)
-        torch.set_num_threads(Team().threads(config.threads))
-        actor = make_pupil(task, config)
-        lesson = Distillation(task, make_adviser(task), actor, distil, folder / LABELS, config.seed)
+        lesson = _lesson(teacher, robot, pieces, folder, config)
+        stack.callback(lesson.task.close)
         if going_on:
             _restore(run, lesson, pieces)
         else:
@@ -97,7 +88,9 @@ def teach(
         lesson.keep_best()
         if run.reached(config):  # there is nothing left to go on for
             (folder / LABELS).unlink()
-        run.onnx_difference = max(export_bundle(bundle_folder(folder, p, pieces), actor, task, p) for p in pieces)
+        run.onnx_difference = max(
+            export_bundle(bundle_folder(folder, p, pieces), lesson.actor, lesson.task, p) for p in pieces
+        )
     return run
 
 
@@ -123,23 +116,29 @@ def teach_tracker(
     Returns:
         The largest difference between onnxruntime and torch.
     """
+    folder.mkdir(parents=True, exist_ok=True)
+    lesson = _lesson(teacher, robot, pieces, folder, config)
+    with closing(lesson.task):
+        while lesson.samples < lesson.config.samples:
+            lesson.iterate()
+            progress("teach", lesson.samples, lesson.config.samples, f"loss {lesson.loss:.4f}")
+        (folder / LABELS).unlink()
+        return export_tracker(folder, lesson.actor, lesson.task)
+
+
+def _lesson(
+    teacher: Path, robot: RobotModel, pieces: Sequence[NamedReference], folder: Path, config: TrainConfig
+) -> Distillation:
+    """A new pupil beside its teacher, on robots with the teacher's gains."""
     robot, make_adviser = adviser_of(teacher, robot, pieces)
-    distil = _budget(config, pieces)
     task = TrackingTask(
-        robot=robot, reference=[p.reference for p in pieces], envs=distil.envs, config=config.task, seed=config.seed,
-        threads=config.threads,
+        robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces], envs=config.envs,
+        config=config.task, seed=config.seed, threads=config.threads,
     )  # fmt: skip
     torch.manual_seed(config.seed)
     torch.set_num_threads(Team().threads(config.threads))
-    folder.mkdir(parents=True, exist_ok=True)
-    with closing(task):
-        pupil = make_pupil(task, config)
-        lesson = Distillation(task, make_adviser(task), pupil, distil, folder / LABELS, config.seed)
-        while lesson.samples < distil.samples:
-            lesson.iterate()
-            progress("teach", lesson.samples, distil.samples, f"loss {lesson.loss:.4f}")
-        (folder / LABELS).unlink()
-        return export_tracker(folder, pupil, task)
+    pupil = make_pupil(task, config)
+    return Distillation(task, make_adviser(task), pupil, _budget(config, pieces), folder / LABELS, config.seed)
 
 
 def make_pupil(task: TrackingTask, config: TrainConfig) -> Any:

@@ -21,7 +21,7 @@ from tracking.teaching.distillation import Distillation
 from tracking.teaching.teach import LABELS, make_pupil
 from tracking.training import torch_policy
 
-SMALL = DistillationConfig(samples=6 * 8 * 10, envs=8, steps_per_env=6, batch=32)
+SMALL = DistillationConfig(samples=6 * 8 * 10, steps_per_env=6, batch=32)
 
 
 @pytest.fixture(scope="module")
@@ -102,6 +102,7 @@ CONFIG = TrainConfig(
     rollouts=2,
     fewest_rollouts=2,
     threads=1,
+    envs=8,
     focus=FocusConfig(most_steps=64, evaluate_every=32, stands=2.0),
     distillation=dataclasses.replace(SMALL, samples=480, evaluate_every=240, evaluate_share=0.0),
 )
