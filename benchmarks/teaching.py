@@ -34,7 +34,7 @@ def main() -> None:
     for path in args.references:
         piece = read_named_reference(path)
         robot = load_robot(piece.reference.robot)
-        teacher = find_teacher(args.teacher, robot.name)
+        teacher = find_teacher(args.teacher, robot.name, 1.0 / piece.reference.fps)
         assert teacher is not None, "nobody teaches"
         for seed in range(args.seeds):
             with tempfile.TemporaryDirectory() as folder:

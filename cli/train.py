@@ -90,7 +90,7 @@ def _teacher(args: Arguments, chosen: Selection, together: bool) -> Path | None:
             "--teacher", found="several processes or a GPU", expected="one process on the processor's cores",
             cure="teaching takes minutes there", option="engine", suggestion="mujoco",
         )  # fmt: skip
-    return find_teacher(args.teacher, chosen.robot.name) if alone else None
+    return find_teacher(args.teacher, chosen.robot.name, 1.0 / chosen.pieces[0].reference.fps) if alone else None
 
 
 def _train(args: Arguments, chosen: Selection, folder: Path, teacher: Path | None, follows: bool) -> Run:

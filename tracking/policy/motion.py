@@ -34,14 +34,17 @@ class Motion:
 
 
 def _check_performs(reference: Reference, contract: Contract) -> None:
-    for name, told, found in (
-        ("joint_names", contract.joint_names, reference.joint_names),
-        ("control_dt", contract.control_dt, 1.0 / reference.fps),
-    ):
-        if found != told:
-            raise TrackingError(
-                f"reference, {name}", found=str(found)[:60], expected=f"{str(told)[:60]}, as in the contract"
-            )
+    if reference.joint_names != contract.joint_names:
+        raise TrackingError(
+            "reference, joint_names", found=str(reference.joint_names)[:60],
+            expected=f"{str(contract.joint_names)[:60]}, as in the contract",
+        )  # fmt: skip
+    if contract.control_dt != 1.0 / reference.fps:
+        rate = f"{1.0 / contract.control_dt:g} frames per second"
+        raise TrackingError(
+            "reference, control_dt", found=f"{reference.fps:g} frames per second", expected=f"{rate}, as in the contract",
+            cure=f"retarget the clip at {rate}",
+        )  # fmt: skip
     if contract.anchor not in reference.body_names:
         raise TrackingError("reference, body_names", found=f"no {contract.anchor}", expected="the contract's anchor")
 

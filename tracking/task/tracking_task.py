@@ -17,6 +17,7 @@ from robot_models.maths import Array, array_namespace, push_history, to_numpy
 from robot_models.maths import rotation as rot
 from tracking.config import TaskConfig
 from tracking.engines import Engine, MujocoBatch
+from tracking.errors import TrackingError
 from tracking.policy import Measurement, joint_targets, target_range
 from tracking.task.observations import ObservationTable, TaskState, actor_table, privileged_table, teacher_table
 from tracking.task.randomisation import Pushes, draw_robots
@@ -59,6 +60,13 @@ class TrackingTask:
         rng = np.random.default_rng(self.seed)
         references = (self.reference,) if isinstance(self.reference, Reference) else tuple(self.reference)
         self.dt = 1.0 / references[0].fps
+        rates = sorted({r.fps for r in references})
+        if len(rates) > 1:
+            raise TrackingError(
+                "references",
+                found=f"{' and '.join(f'{r:g}' for r in rates)} frames per second",
+                expected="one rate for all",
+            )
         c, robot = self.config, self.robot
         physics_dt = self.dt / np.ceil(self.dt / c.physics_dt - 1e-9)
         drawn = draw_robots(robot, self.envs, physics_dt, c.randomisation, rng)

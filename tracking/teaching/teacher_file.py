@@ -16,7 +16,7 @@ from tracking.errors import TrackingError
 from tracking.task import TrackingTask
 from tracking.teaching.teacher import SymmetricActor, TeacherTrainer, teacher_network
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +25,7 @@ class Teacher:
 
     robot: str
     robot_hash: str
+    control_dt: float  # [s]
     rows: tuple[str, ...]  # what it sees, in order
     steps: int  # control steps that it has learnt for
     state: dict[str, Any]  # of the algorithm
@@ -45,6 +46,7 @@ def save_teacher(path: Path, trainer: TeacherTrainer, steps: int, *, optimiser: 
         "format_version": FORMAT_VERSION,
         "robot": task.robot.name,
         "robot_hash": task.robot.hash,
+        "control_dt": task.dt,
         "rows": json.dumps(_rows(trainer.task)),
         "steps": steps,
         "config": json.dumps(asdict(trainer.teacher), sort_keys=True),
@@ -70,8 +72,9 @@ def load_teacher(path: Path) -> Teacher:
     if version != FORMAT_VERSION:
         raise TrackingError(str(path), found="another format", expected=f"teacher version {FORMAT_VERSION}")
     return Teacher(
-        robot=told["robot"], robot_hash=told["robot_hash"], rows=tuple(json.loads(told["rows"])), steps=told["steps"],
-        state=told["algorithm"], config=_config(json.loads(told["config"])),
+        robot=told["robot"], robot_hash=told["robot_hash"], control_dt=told["control_dt"],
+        rows=tuple(json.loads(told["rows"])), steps=told["steps"], state=told["algorithm"],
+        config=_config(json.loads(told["config"])),
     )  # fmt: skip
 
 
@@ -117,6 +120,11 @@ def _check(teacher: Teacher, task: TrackingTask) -> None:
     robot = task.robot
     if (teacher.robot, teacher.robot_hash) != (robot.name, robot.hash):
         raise TrackingError("teacher", found=f"one of {teacher.robot}", expected=f"{robot.name} as it is now")
+    if teacher.control_dt != task.dt:
+        raise TrackingError(
+            "teacher", found=f"one that acts {1.0 / teacher.control_dt:g} times a second", expected=f"{1.0 / task.dt:g}",
+            cure=f"retarget the clip at {1.0 / teacher.control_dt:g} frames per second",
+        )  # fmt: skip
     if list(teacher.rows) != _rows(task):
         raise TrackingError("teacher", found="one that sees other things than this release's", expected="the same rows")
 

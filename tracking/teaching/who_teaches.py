@@ -19,12 +19,13 @@ AUTO, NOBODY = "auto", "none"
 REHEARSAL = "rehearsal.npz"
 
 
-def find_teacher(asked: str, robot: str) -> Path | None:
+def find_teacher(asked: str, robot: str, control_dt: float) -> Path | None:
     """Who teaches: a file, a tracker that comes with the package by its name, or nobody.
 
     Args:
-        asked: a path; a name, as tracker-g1; "auto", the robot's own where the package has one; "none".
+        asked: a path; a name, as tracker-g1; "auto", the robot's own where the package has one of that rate; "none".
         robot: name of the robot.
+        control_dt: control period of the dances [s].
 
     Raises:
         TrackingError: there is no such teacher.
@@ -32,8 +33,10 @@ def find_teacher(asked: str, robot: str) -> Path | None:
     if asked == NOBODY:
         return None
     own = SHIPPED / (f"tracker-{robot}" if asked == AUTO else asked) / TEACHER
-    if own.is_file() or asked == AUTO:
-        return own if own.is_file() else None
+    if asked == AUTO:
+        return own if own.is_file() and load_teacher(own).control_dt == control_dt else None
+    if own.is_file():
+        return own
     given = Path(asked)
     path = given / TEACHER if given.is_dir() else given
     if not path.is_file():

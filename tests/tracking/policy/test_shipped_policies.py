@@ -34,9 +34,10 @@ def test_the_shipped_tracker_is_whole_and_dances_what_it_was_not_made_for():
     from tracking.task import read_rehearsal_set
     from tracking.teaching import find_teacher, load_teacher
 
-    teacher = find_teacher("auto", "g1")
-    assert teacher == find_teacher("tracker-g1", "g1") == SHIPPED / "tracker-g1" / "teacher.pt"
-    assert find_teacher("none", "g1") is None and find_teacher("auto", "jvrc1") is None
+    teacher = find_teacher("auto", "g1", 0.02)
+    assert teacher == find_teacher("tracker-g1", "g1", 0.02) == SHIPPED / "tracker-g1" / "teacher.pt"
+    assert find_teacher("none", "g1", 0.02) is None and find_teacher("auto", "jvrc1", 0.02) is None
+    assert find_teacher("auto", "g1", 1 / 30) is None  # another rate: nobody teaches
     assert load_teacher(teacher).can_learn
     bundle = load_bundle(Path("tracker-g1"), reference=SHIPPED / "groove-g1" / "reference.npz")
     rehearsed = read_rehearsal_set(teacher.with_name("rehearsal.npz"), bundle.robot)
@@ -53,4 +54,4 @@ def test_a_teacher_that_is_not_there_is_refused_with_what_there_is():
     from tracking.teaching import find_teacher
 
     with pytest.raises(TrackingError, match="tracker-g1"):
-        find_teacher("nobody.pt", "g1")
+        find_teacher("nobody.pt", "g1", 0.02)

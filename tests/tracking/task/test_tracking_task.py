@@ -350,3 +350,8 @@ def test_delays_and_pushes_grow_with_the_training(reference):
         heard.append((task.physics._which > 0).sum())
         assert task.pushes.strength == pytest.approx(min(1.0, progress / 0.3))
     assert heard[0] == 0 < heard[1] < heard[2] == heard[3]
+
+
+def test_references_of_two_rates_are_refused(reference):
+    with pytest.raises(TrackingError, match="30 and 50 frames per second"):
+        make([reference, dataclasses.replace(reference, fps=30.0)])

@@ -84,6 +84,9 @@ def test_what_is_no_teacher_of_this_robot_is_refused(trainer, tmp_path):
     other = dataclasses.replace(load_teacher(tmp_path / "teacher.pt"), robot_hash=load_robot("g1").hash)
     with pytest.raises(TrackingError, match="one of dancer"):
         restore_teacher(trainer, other)
+    faster = dataclasses.replace(load_teacher(tmp_path / "teacher.pt"), control_dt=0.01)
+    with pytest.raises(TrackingError, match="retarget the clip at 100"):
+        restore_teacher(trainer, faster)
 
 
 def test_episodes_are_cut_and_go_on_in_the_critics_word(trainer):
