@@ -58,7 +58,7 @@ def run(args: Arguments) -> int:
 
         save_training(folder / "training.rrd", chosen.robot, chosen.pieces, result)
     print_run(console, result, GATE)
-    passed = bool(result.curves) and result.curves[-1]["finished"] >= GATE
+    passed = bool(result.curves) and result.outcome["finished"] >= GATE
     return DONE if together or passed else BELOW_GATE  # torchrun takes every other code for a crash
 
 

@@ -54,7 +54,7 @@ def print_run(console: Console, result: Run, gate: float) -> None:
     if not result.curves:
         console.print(result.stopped)
         return
-    first, last = result.curves[0], result.curves[-1]
+    first, last = result.curves[0], result.outcome
     console.print(f"{result.stopped}: {result.steps} steps in {result.seconds / 60:.1f} min")
     lengths = [e.duration_s for e in result.evaluations.values()]
     duration = sum(lengths) / len(lengths) if lengths else float("nan")

@@ -86,6 +86,7 @@ def teach(
             _save(run, lesson, config, pieces)
         _learn(run, lesson, pieces, config, progress)
         lesson.keep_best()
+        run.kept = max(run.curves, key=lambda row: _score(row, pieces), default={})
         if run.reached(config):  # there is nothing left to go on for
             (folder / LABELS).unlink()
         run.onnx_difference = max(
@@ -225,7 +226,7 @@ def _learn(
             elif run.steps // every > before // every or run.steps >= budget:
                 row = run.evaluate(torch_policy(lesson.actor), lesson.task.robot, pieces, config)
                 run.curves.append(row | {"loss": lesson.loss})
-                lesson.judged(row["finished"] + 0.1 * row["survived_s"] / max(p.reference.duration_s for p in pieces))
+                lesson.judged(_score(row, pieces))
                 board.evaluation(run.steps, row)
                 _save(run, lesson, config, pieces)
                 run.stopped = run.reason_to_stop(config, budget)
@@ -265,6 +266,11 @@ def _restore(run: Run, lesson: Distillation, pieces: Sequence[NamedReference]) -
     told = json.loads(state["progress"])
     run.steps, run.seconds, run.curves = told["steps"], told["seconds"], told["curves"]
     lesson.load_state_dict(lesson_state)
+
+
+def _score(row: dict[str, float], pieces: Sequence[NamedReference]) -> float:
+    """By which judgements are compared: who finishes, and where nobody does who lasts."""
+    return row["finished"] + 0.1 * row["survived_s"] / max(p.reference.duration_s for p in pieces)
 
 
 def _line(run: Run, lesson: Distillation) -> str:

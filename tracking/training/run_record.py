@@ -28,6 +28,7 @@ class Run:
     seconds: float = 0.0
     curves: list[dict[str, float]] = field(default_factory=list)  # one row per evaluation
     evaluations: dict[str, Evaluation] = field(default_factory=dict)  # the last, of every piece
+    kept: dict[str, float] = field(default_factory=dict)  # the row of the policy that was kept, where not the last
     onnx_difference: float = math.nan
     stopped: str = ""
 
@@ -52,6 +53,11 @@ class Run:
         if len(pieces) > 1:
             row |= {f"finished {name}": e.finished for name, e in self.evaluations.items()}
         return row
+
+    @property
+    def outcome(self) -> dict[str, float]:
+        """The judgement of the policy that came of the run."""
+        return self.kept or self.curves[-1]
 
     def reached(self, config: TrainConfig) -> bool:
         """Whether enough rollouts finished, twice in a row."""

@@ -135,6 +135,7 @@ def test_a_run_goes_on_with_a_larger_budget(tmp_path, teacher, bundle):
     piece = read_named_reference(bundle.folder / "reference.npz")
     again = teach(bundle.robot, [piece], tmp_path / "run", teacher, more, resume=True)
     assert [row["steps"] for row in again.curves] == [240, 480, 720]
+    assert again.outcome["finished"] == max(row["finished"] for row in again.curves)
 
 
 def test_the_pupil_that_was_judged_best_is_kept(task, tmp_path):
