@@ -18,7 +18,12 @@ class RepairConfig:
     fastest_hips: float = 12.0  # of a person or a robot [m/s]; a sprinter's
     fastest_point: float = 25.0  # of anything on a body [m/s]; a pitcher's hand
     least_left: float = 0.5  # of a clip, after a false start
-    false_start_s: float = 0.5  # in which a file may jump from its rest pose to its place [s]
+    false_start_s: float = 0.5  # at either end, in which a file may jump between its rest pose and the dance [s]
+    jump_turn: float = 0.26  # of a limb or a joint in one frame, that may be such a jump [rad]
+    jump_speed: float = 3.0  # of the hips in one frame, that may be one [m/s]
+    stands_out: float = 5.0  # so many times the steps beside it a jump is; of 54 recordings' steps 2.6 at most
+    out_of_stillness: float = 2.0  # the same for the step behind frames that nothing moves in
+    still_turn: float = 0.5  # of any limb in such frames [rad/s]
     stalled_speed: float = (
         0.3  # a motion so fast before and after frames that repeat does not stand between [m/s, rad/s]
     )

@@ -7,17 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from clips.clip import MIN_FRAMES, Clip, HumanClip, RobotClip
+from clips.clip import Clip, HumanClip
 from clips.config import REPAIR
+from clips.edit.false_ends import hips_of, without_calibration_pose, without_false_ends
 from clips.edit.floor import on_level_floor
-from clips.edit.resample import cut, sample_quat
+from clips.edit.resample import sample_quat
 from clips.errors import ClipError
 from clips.provenance import Repair
 from robot_models import load_robot
@@ -26,7 +26,7 @@ from robot_models.maths import rotation as rot
 
 
 def repair(clip: Clip, *, strict: bool = False) -> Clip:
-    """The clip without what no body does: false starts, calibration poses, repeated frames, spikes, a floor that drifts.
+    """The clip without what no body does: false starts and ends, calibration poses, repeated frames, spikes, a floor that drifts.
 
     Args:
         clip: as read and cut.
@@ -44,40 +44,6 @@ def repair(clip: Clip, *, strict: bool = False) -> Clip:
             cure="mend it at its source, or do without the strict reading",
         )  # fmt: skip
     return clip
-
-
-def without_false_start(clip: Clip) -> Clip:
-    """Without the frames before a jump that no body makes, within the first half second.
-
-    Files often begin with a T-pose at the origin and go on elsewhere.
-    """
-    hips = _hips(clip)
-    early = hips[: max(2, round(REPAIR.false_start_s * clip.fps)) + 1]
-    jumps = np.flatnonzero(np.linalg.norm(np.diff(early, axis=0), axis=1) * clip.fps > REPAIR.fastest_hips)
-    if not len(jumps) or clip.frames - jumps[-1] - 1 < max(MIN_FRAMES, REPAIR.least_left * clip.frames):
-        return clip
-    return _from_frame(clip, int(jumps[-1]) + 1, "the hips jump after them")
-
-
-def without_calibration_pose(clip: Clip) -> Clip:
-    """Without a lead in which a person stands still with arms stretched out sideways."""
-    if isinstance(clip, RobotClip):
-        return clip
-    arms = []
-    for side, sign in (("left", 1.0), ("right", -1.0)):
-        chain = [clip.point(f"{side}_{p}") for p in ("shoulder", "elbow", "wrist")]
-        arms += [sign * rot.unit(b - a) for a, b in pairwise(chain)]
-    stretched = np.stack(arms)
-    level = (np.abs(stretched[..., 2]) < REPAIR.level_arm).all(axis=0)
-    straight = np.linalg.norm(stretched.mean(axis=0), axis=-1) > REPAIR.straight_arms
-    body = np.stack([clip.point(k) for k in clip.landmarks], axis=1)
-    ahead = max(1, round(REPAIR.gap_s * clip.fps))  # so that a marker's noise is no speed
-    later = body[np.minimum(np.arange(clip.frames) + ahead, clip.frames - 1)]
-    still = np.linalg.norm(later - body, axis=-1).max(axis=1) < REPAIR.still_speed * ahead / clip.fps
-    lead = int(np.argmin(np.append(level & straight & still, False)))
-    if lead < max(2.0, REPAIR.gap_s * clip.fps) or clip.frames - lead < MIN_FRAMES:
-        return clip
-    return _from_frame(clip, lead, "a T-pose held still")
 
 
 def without_repeats(clip: Clip) -> Clip:
@@ -115,8 +81,8 @@ def without_spikes(clip: Clip) -> Clip:
 
 
 _MENDS: tuple[Callable[[Clip], Clip], ...] = (
-    without_false_start,
     without_calibration_pose,
+    without_false_ends,
     without_repeats,
     without_spikes,
     on_level_floor,
@@ -183,7 +149,7 @@ def _bridged(clip: Clip, bad: Bool[ndarray, "T"], repair: Repair) -> Clip:
 
 def _refuse_a_tear(clip: Clip) -> None:
     """Joined clips: the hips are elsewhere from one frame to the next, and stay there."""
-    step = np.linalg.norm(np.diff(_hips(clip), axis=0), axis=1)
+    step = np.linalg.norm(np.diff(hips_of(clip), axis=0), axis=1)
     torn = np.flatnonzero(step * clip.fps > REPAIR.fastest_hips)
     if len(torn):
         a = int(torn[0])
@@ -193,20 +159,6 @@ def _refuse_a_tear(clip: Clip) -> None:
             expected=f"one motion: at most {REPAIR.fastest_hips:g} m/s",
             cure="cut the clip there (its parts can be joined again, with steps between them); or is its frame rate wrong?",
         )
-
-
-def _from_frame(clip: Clip, first: int, why: str) -> Clip:
-    kept = cut(clip, first / clip.fps, None)
-    repair = Repair(
-        what=f"frames left out at the start ({why})", count=first, where=f"the first {first / clip.fps:.2f} s"
-    )
-    return replace(kept, source=clip.source.mended(repair))
-
-
-def _hips(clip: Clip) -> Float[ndarray, "T 3"]:
-    if isinstance(clip, RobotClip):
-        return clip.root_pos
-    return np.asarray(0.5 * (clip.point("left_hip") + clip.point("right_hip")))
 
 
 def _numbers(clip: Clip) -> list[ndarray]:
