@@ -33,6 +33,10 @@ class FileOptions:
     """The ASF that an AMC was recorded on, where it does not lie beside it."""
     mapping: str | None = None
     """A file that says which point is which part of the body, for skeletons that no custom tells apart."""
+    travel: str | None = None
+    """from-feet: make its way over the floor anew, so that the feet which stand stay where they are."""
+    travel_scale: float | None = None
+    """Factor of its root's positions, where they stand in another unit than the rest: 100, 2.54, 0.01."""
     strict: bool = False
     """Refuse a clip that needs any repair."""
 
@@ -48,6 +52,8 @@ class FileOptions:
             source_robot=self.source_robot,
             skeleton=self.skeleton,
             mapping=self.mapping,
+            travel=self.travel,
+            travel_scale=self.travel_scale,
         )
 
 

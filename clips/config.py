@@ -46,6 +46,22 @@ class FloorConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TravelConfig:
+    """When the feet carry the body, and how fast it then has to move."""
+
+    over_s: float = 0.1  # in which speeds are measured [s]
+    least_drive: float = 0.25  # speed of the lowest foot under the hips that tells anything [m/s]
+    near_floor: float = 0.05  # height of the lowest foot over its floor [m]
+    least_s: float = 0.3  # of such frames [s]
+    held_height: float = 0.005  # change of the hips' height below which it was not recorded [m]
+    of_drive: tuple[float, float] = (0.4, 1.7)  # the hips' speed as a share of it; 54 recordings have 0.44 to 1.2
+    most_slip: float = 0.55  # of the lowest foot, as a share of it
+    doubtful_slip: float = 0.75  # at which a floor is hardly stood on, though the travel is there
+    unit_ratios: tuple[float, ...] = (100.0, 1000.0, 10.0, 2.54, 39.37, 0.4, 0.1, 0.01, 0.001, 0.0254)
+    unit_slip: float = 0.4  # of the lowest foot, below which a ratio of units explains the travel
+
+
+@dataclass(frozen=True, kw_only=True)
 class IdentifyConfig:
     """Evidence that settles what a file means."""
 
@@ -61,4 +77,4 @@ class IdentifyConfig:
     stature: float = 1.7  # of a person whose unit is none of the customary ones [m]
 
 
-REPAIR, FLOOR, IDENTIFY = RepairConfig(), FloorConfig(), IdentifyConfig()
+REPAIR, FLOOR, TRAVEL, IDENTIFY = RepairConfig(), FloorConfig(), TravelConfig(), IdentifyConfig()

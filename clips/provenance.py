@@ -75,6 +75,8 @@ class ReadOptions:
     source_robot: str | None = None  # the robot that a joint-space file was made for
     skeleton: str | None = None  # path of the ASF that an AMC was recorded on
     mapping: str | None = None  # path of a file that says which point is which part of the body
+    travel: str | None = None  # "from-feet": the way over the floor made anew from the feet that stand
+    travel_scale: float | None = None  # factor of the root's positions, where they stand in another unit than the rest
 
     def __post_init__(self) -> None:
         _one_of("fps", self.fps, self.fps is None or SLOWEST <= self.fps <= FASTEST, f"{SLOWEST:g} to {FASTEST:g}")
@@ -82,6 +84,9 @@ class ReadOptions:
         _one_of("quat_order", self.quat_order, self.quat_order in (None, "wxyz", "xyzw"), "wxyz or xyzw")
         _one_of("joint_order", self.joint_order, self.joint_order in (None, "mujoco", "isaac"), "mujoco or isaac")
         _one_of("stature", self.stature, self.stature is None or 0.3 < self.stature < 3.0, "metres, 0.3 to 3")
+        _one_of("travel", self.travel, self.travel in (None, "from-feet"), "from-feet")
+        scale = self.travel_scale
+        _one_of("travel_scale", scale, scale is None or 1e-4 < scale < 1e4, "a factor, 0.0001 to 10000")
         if self.unit is not None and self.unit not in UNITS:
             try:
                 good = 1e-6 < float(self.unit) < 1e6

@@ -52,7 +52,7 @@ def groove_file(groove, tmp_path_factory):
     return path
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def shared():
     if not SHARED.is_dir():
         pytest.skip("the shared clips are not on this machine")

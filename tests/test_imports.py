@@ -15,7 +15,7 @@ HOUSE = {
     "robot_models": (
         "maths version errors profile model model_file kinematics jacobians build geometry visual pinocchio_model catalogue draft"
     ),
-    "clips": "errors contact config files metrics provenance clip reference edit identify readers writers",
+    "clips": "errors contact config files metrics provenance clip reference checks edit identify readers writers",
     "retarget": "errors config targets solver per_frame dynamics report pipeline workflows",
     "tracking": "errors config policy engines task evaluation training teaching envs deploy",
     "cli": "extras terminal recordings *",

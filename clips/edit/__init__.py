@@ -5,6 +5,7 @@ from clips.edit.gaps import without_gaps
 from clips.edit.repair import repair
 from clips.edit.resample import cut, new_times, resample, sample
 from clips.edit.speed import at_speed, mirror, warp_time
+from clips.edit.travel import travel_from_feet, travel_scaled
 
 __all__ = [
     "at_speed",
@@ -16,6 +17,8 @@ __all__ = [
     "repair",
     "resample",
     "sample",
+    "travel_from_feet",
+    "travel_scaled",
     "warp_time",
     "without_gaps",
 ]

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
+from clips.checks import CHECKS
 from clips.clip import Clip, HumanClip
 from clips.config import REPAIR
 from clips.edit.false_ends import hips_of, without_calibration_pose, without_false_ends
@@ -38,6 +39,9 @@ def repair(clip: Clip, *, strict: bool = False) -> Clip:
     for mend in _MENDS:
         clip = mend(clip)
     _refuse_a_tear(clip)
+    for check in (question(clip) for question in CHECKS):
+        if check.verdict == "refused":
+            raise check.refusal(clip.source.file)
     if strict and clip.source.repairs:
         raise ClipError(
             clip.source.file, found="; ".join(map(str, clip.source.repairs)), expected="a clip that needs no repair",

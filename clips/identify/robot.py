@@ -13,7 +13,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import RobotClip
-from clips.config import IDENTIFY
+from clips.config import IDENTIFY, TRAVEL
 from clips.errors import ClipError
 from clips.identify.joint_ranges import check_limits, refuse_other_units, unwrapped
 from clips.identify.quaternion_order import OTHER_ORDER, find_quat_order, posed, sole_tilt, unit_wxyz
@@ -61,6 +61,11 @@ def robot_clip(
     """
     model = load_robot(robot)
     raw.check_rate(fps)
+    if options.travel_scale is not None:
+        root_pos, conversions = (
+            root_pos * options.travel_scale,
+            [*conversions, f"root positions x {options.travel_scale:g}"],
+        )
     refuse_other_units(raw, model, root_pos, joint_pos, options)
     order = [model.joint(n) for n in joint_names]
     joint_pos, turns = unwrapped(model, order, joint_pos)
@@ -89,6 +94,12 @@ def robot_clip(
     )
 
 
+def _unit_ratio(height: float, legs: float) -> float | None:
+    """The ratio of customary units by which a root's height would be that of its legs; None where none is near."""
+    fits = [k for k in TRAVEL.unit_ratios if abs(k * height - legs) < 0.25 * legs]
+    return fits[0] if fits else None
+
+
 def _stands(
     raw: RawFile,
     model: RobotModel,
@@ -103,13 +114,17 @@ def _stands(
     corners, up = posed(model, order, root_pos, quat, joint_pos)
     low = float(np.percentile(corners[..., 2].min(axis=(1, 2)), 5.0))
     if abs(low) > 0.5 * model.default_qpos[2] or up < 0.0:
+        height = float(np.median(root_pos[:, 2]))
+        factor = _unit_ratio(height, height - low) if up > 0.5 else None
         raise ClipError(
             raw.name,
             found=f"soles {low:.3g} m over the floor and the pelvis' up at {up:.2f}, read as {model.name}",
             expected="a robot on its feet: metres, z up, and the right quaternion order",
-            cure="check unit and axes of the root columns, or state the other order",
-            option="quat_order",
-            suggestion=OTHER_ORDER[quat_order],
+            cure="check unit and axes of the root columns, or state the other order"
+            if factor is None
+            else f"the root, {height:.3g} high, stands in another unit: state its factor",
+            option="quat_order" if factor is None else "travel_scale",
+            suggestion=OTHER_ORDER[quat_order] if factor is None else f"{factor:g}",
         )
     tilt = float(np.median(sole_tilt(corners)))
     if tilt > IDENTIFY.most_tilt and not named:  # someone who floats, say, never stands flat

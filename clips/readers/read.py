@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from types import ModuleType
 
-from clips.clip import Clip
+from clips.clip import Clip, HumanClip
+from clips.edit import travel_from_feet, travel_scaled
 from clips.errors import ClipError
 from clips.provenance import RawFile, ReadOptions
 from clips.readers import amc, bvh, c3d, deepmimic, npz, pickles, points_csv, robot_csv, torch_motion
@@ -34,8 +35,7 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
     raw = RawFile.load(Path(path))
     for reader in READERS:
         if reader.recognises(raw):
-            clip: Clip = reader.read(raw, options or ReadOptions())
-            return clip
+            return _as_stated(reader.read(raw, options or ReadOptions()), options or ReadOptions())
     for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
         if raw.head.lstrip().startswith(magic):
             raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt", cure=cure)
@@ -45,3 +45,10 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
         expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt",
         cure="docs/formats.md lists every layout",
     )
+
+
+def _as_stated(clip: Clip, options: ReadOptions) -> Clip:
+    """The clip with the travel that the user states."""
+    if options.travel_scale is not None and isinstance(clip, HumanClip):  # a robot's root is checked against its floor
+        clip = travel_scaled(clip, options.travel_scale)
+    return travel_from_feet(clip) if options.travel == "from-feet" else clip

@@ -62,6 +62,8 @@ def test_every_option_of_the_readers_has_a_flag_by_which_it_can_be_given(field):
         "quat_order": "xyzw",
         "joint_order": "isaac",
         "unit": "cm",
+        "travel": "from-feet",
+        "travel_scale": "100.0",
     }.get(field, "a")
     options = tyro.cli(
         FileOptions, args=[f"{flag(field)}={value}"], config=(tyro.conf.OmitArgPrefixes,)

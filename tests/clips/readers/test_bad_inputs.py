@@ -283,10 +283,7 @@ def test_17_a_clip_far_away_with_a_false_start_begins_at_the_origin(tmp_path, da
     result = retarget(read_clip(tmp_path / "led.bvh"), dancer)
     start = result.reference.dance.start
     np.testing.assert_allclose(result.reference.body_pos_w[start, 0, :2], 0.0, atol=0.05)
-    assert (
-        any("the hips jump" in r.what or "T-pose" in r.what for r in result.source.source.repairs)
-        or rest == lines[first]
-    )
+    assert any("jump" in r.what or "T-pose" in r.what for r in result.source.source.repairs) or rest == lines[first]
 
 
 def test_18_a_sloped_floor_is_levelled_and_told(points, tmp_path):
