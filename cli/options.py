@@ -33,6 +33,8 @@ class FileOptions:
     """The ASF that an AMC was recorded on, where it does not lie beside it."""
     mapping: str | None = None
     """A file that says which point is which part of the body, for skeletons that no custom tells apart."""
+    level: bool = True
+    """Turn a world that leans, as a camera's does, upright."""
     travel: str | None = None
     """from-feet: make its way over the floor anew, so that the feet which stand stay where they are."""
     travel_scale: float | None = None
@@ -52,6 +54,7 @@ class FileOptions:
             source_robot=self.source_robot,
             skeleton=self.skeleton,
             mapping=self.mapping,
+            level=None if self.level else False,
             travel=self.travel,
             travel_scale=self.travel_scale,
         )

@@ -46,6 +46,26 @@ class FloorConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
+class LeanConfig:
+    """The plane that feet stand on, and when a recording is levelled by it."""
+
+    over_s: float = 0.1  # in which speeds are measured, and the shortest stand [s]
+    longest_s: float = 0.5  # of one stand; longer ones count as several [s]
+    slow: float = 0.2  # speed of what stands [m/s]
+    least_stands: int = 4
+    noise: float = 0.01  # of the height of a stand [m]
+    scales: tuple[float, ...] = (0.1, 0.05, 0.03, *[0.02] * 10)  # height over the plane that halves a stand's say [m]
+    agreement: float = 0.03  # distance from the plane at which a stand agrees [m]
+    feet_differ: float = 0.008  # between the heights of one point on the left and the right foot [m]
+    parts: int = 8  # of the clip, in each of which the body's left is level
+    left_leans: float = 0.1  # of the body's left on the mean over such a part [slope]
+    up_leans: float = 0.15  # of the body's up on the mean over the clip [slope]
+    certain: tuple[tuple[float, float], ...] = ((0.85, 3.0), (0.65, 10.0))  # stands that agree, deviations from no lean
+    least_deg: float = 4.5  # below which a floor is left to what drifts; what a dance on the spot may be mistaken by
+    most_deg: float = 38.0  # beyond which it is another up axis, or no floor
+
+
+@dataclass(frozen=True, kw_only=True)
 class TravelConfig:
     """When the feet carry the body, and how fast it then has to move."""
 
@@ -77,4 +97,4 @@ class IdentifyConfig:
     stature: float = 1.7  # of a person whose unit is none of the customary ones [m]
 
 
-REPAIR, FLOOR, TRAVEL, IDENTIFY = RepairConfig(), FloorConfig(), TravelConfig(), IdentifyConfig()
+REPAIR, FLOOR, LEAN, TRAVEL, IDENTIFY = RepairConfig(), FloorConfig(), LeanConfig(), TravelConfig(), IdentifyConfig()

@@ -53,6 +53,10 @@ class Provenance:
     conversions: tuple[str, ...] = ()  # everything done to the numbers since, in order
     repairs: tuple[Repair, ...] = ()  # damage among the numbers, mended
 
+    def stated(self, what: str) -> bool:
+        """Whether the user stated this of the file, so that nothing may change it."""
+        return any(f.what == what and f.confidence == "stated" for f in self.findings)
+
     def noting(self, *conversions: str) -> Provenance:
         """The same source with more conversions on record."""
         return replace(self, conversions=(*self.conversions, *conversions))
@@ -75,6 +79,7 @@ class ReadOptions:
     source_robot: str | None = None  # the robot that a joint-space file was made for
     skeleton: str | None = None  # path of the ASF that an AMC was recorded on
     mapping: str | None = None  # path of a file that says which point is which part of the body
+    level: bool | None = None  # False: leave a floor that leans as it is
     travel: str | None = None  # "from-feet": the way over the floor made anew from the feet that stand
     travel_scale: float | None = None  # factor of the root's positions, where they stand in another unit than the rest
 

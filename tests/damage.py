@@ -1,6 +1,7 @@
 """Mistakes of capture and of naming, put into sound recordings."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -14,9 +15,13 @@ RATES = {"csv/g1moves": 60.0, "csv/g1_": 60.0, "csv/lafan1": 30.0, "amc/": 120.0
 
 def read_shared(shared, file, start=None, end=None):
     """A shared recording at its rate, or a part of it [s]."""
-    fps = next((rate for name, rate in RATES.items() if file.startswith(name)), None)
-    clip = read_clip(shared / file, ReadOptions(fps=fps))
+    clip = _read(shared / file, next((rate for name, rate in RATES.items() if file.startswith(name)), None))
     return clip if start is None else cut(clip, start, end)
+
+
+@cache
+def _read(path, fps):
+    return read_clip(path, ReadOptions(fps=fps))
 
 
 def travelling(clip, factor):

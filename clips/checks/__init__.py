@@ -3,11 +3,12 @@
 from collections.abc import Callable
 
 from clips.checks.check import Check
+from clips.checks.floor_plane import FloorPlane, check_floor, fit_floor
 from clips.checks.foot_points import FootPoints, foot_points
 from clips.checks.travel import check_travel
 from clips.clip import Clip
 
-CHECKS: tuple[Callable[[Clip], Check], ...] = (check_travel,)
+CHECKS: tuple[Callable[[Clip], Check], ...] = (check_travel, check_floor)
 """What is asked of every clip, after it was mended."""
 
-__all__ = ["CHECKS", "Check", "FootPoints", "check_travel", "foot_points"]
+__all__ = ["CHECKS", "Check", "FloorPlane", "FootPoints", "check_floor", "check_travel", "fit_floor", "foot_points"]

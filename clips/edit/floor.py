@@ -11,6 +11,7 @@ from numpy import ndarray
 from clips.clip import Clip, RobotClip
 from clips.config import FLOOR
 from clips.contact import floor_nearby, heights_and_speeds
+from clips.edit.level import between, turned
 from clips.provenance import Repair
 from robot_models.maths import rotation as rot
 
@@ -23,7 +24,7 @@ def on_level_floor(clip: Clip) -> Clip:
     One plane a + b t + c x + d y is fitted to the heights of standing ankles and toes, each about its own height over the
     sole, robustly (Cauchy loss), since feet also stand still in the air. Robots are left as they are.
     """
-    if isinstance(clip, RobotClip):
+    if isinstance(clip, RobotClip) or clip.source.stated("floor"):
         return clip
     points = [clip.point(k) for k in ("left_ankle", "right_ankle", "left_toe", "right_toe") if k in clip.landmarks]
     rows, heights = _standing(np.stack(points, axis=1), clip.fps)
@@ -32,26 +33,20 @@ def on_level_floor(clip: Clip) -> Clip:
     plane = _fit(rows, heights)
     hips = 0.5 * (clip.point("left_hip") + clip.point("right_hip"))
     drift = _terms(np.arange(clip.frames) / clip.fps, hips) @ plane[-3:]
-    level = heights - _level(rows, heights)
+    off_level = heights - _level(rows, heights)
     leaning = heights - rows @ plane
     lean = float(np.hypot(*plane[-2:]))
-    unseen = np.ptp(drift) < FLOOR.seen or np.median(np.abs(leaning)) > FLOOR.better * np.median(np.abs(level))
+    unseen = np.ptp(drift) < FLOOR.seen or np.median(np.abs(leaning)) > FLOOR.better * np.median(np.abs(off_level))
     if unseen or lean > FLOOR.most_lean:
         return clip
     # Down by the drift, then turned about a point of the floor under the first frame, so that nothing is bent.
     time = np.arange(clip.frames) / clip.fps
     normal = rot.unit(np.array([-plane[-2], -plane[-1], 1.0]))
-    axis = np.cross(normal, _UP)
-    turn = rot.exp(rot.unit(axis) * np.arcsin(min(1.0, float(np.linalg.norm(axis)))))
-    about = np.array([hips[0, 0], hips[0, 1], 0.0])
-    lowered = clip.positions - (plane[-3] * time)[:, None, None] * _UP - about
-    positions = about + rot.rotate(np.broadcast_to(turn, (*lowered.shape[:-1], 4)), lowered)
-    turned = clip.orientations
-    if turned is not None:
-        turned = rot.multiply(np.broadcast_to(turn, turned.shape), turned)
+    lowered = replace(clip, positions=clip.positions - (plane[-3] * time)[:, None, None] * _UP)
+    level = turned(lowered, between(normal, _UP))
     what = f"floor levelled (it drifts by {100 * plane[-3]:.1f} cm/s and leans by {100 * lean:.1f} %)"
     repair = Repair(what=what, count=clip.frames, where=f"{100 * np.ptp(drift):.0f} cm over the clip")
-    return replace(clip, positions=positions, orientations=turned, source=clip.source.mended(repair))
+    return replace(level, source=clip.source.mended(repair))
 
 
 def _terms(time: Float[ndarray, "..."], at: Float[ndarray, "... 3"]) -> Float[ndarray, "... 3"]:

@@ -18,6 +18,7 @@ from clips.clip import Clip, HumanClip
 from clips.config import REPAIR
 from clips.edit.false_ends import hips_of, without_calibration_pose, without_false_ends
 from clips.edit.floor import on_level_floor
+from clips.edit.level import upright
 from clips.edit.resample import sample_quat
 from clips.errors import ClipError
 from clips.provenance import Repair
@@ -89,6 +90,7 @@ _MENDS: tuple[Callable[[Clip], Clip], ...] = (
     without_false_ends,
     without_repeats,
     without_spikes,
+    upright,
     on_level_floor,
 )
 

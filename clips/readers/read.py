@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
 from clips.clip import Clip, HumanClip
 from clips.edit import travel_from_feet, travel_scaled
 from clips.errors import ClipError
-from clips.provenance import RawFile, ReadOptions
+from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import amc, bvh, c3d, deepmimic, npz, pickles, points_csv, robot_csv, torch_motion
 
 # Asked in this order; the first that recognises the content reads it.
@@ -48,7 +49,10 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
 
 
 def _as_stated(clip: Clip, options: ReadOptions) -> Clip:
-    """The clip with the travel that the user states."""
+    """The clip with the travel that the user states, and a floor that stays where it shall."""
+    if options.level is False:
+        floor = Finding(what="floor", value="left as it is", why="given", confidence="stated", option="level")
+        clip = replace(clip, source=replace(clip.source, findings=(*clip.source.findings, floor)))
     if options.travel_scale is not None and isinstance(clip, HumanClip):  # a robot's root is checked against its floor
         clip = travel_scaled(clip, options.travel_scale)
     return travel_from_feet(clip) if options.travel == "from-feet" else clip

@@ -62,12 +62,12 @@ def test_every_option_of_the_readers_has_a_flag_by_which_it_can_be_given(field):
         "quat_order": "xyzw",
         "joint_order": "isaac",
         "unit": "cm",
+        "level": "False",
         "travel": "from-feet",
         "travel_scale": "100.0",
     }.get(field, "a")
-    options = tyro.cli(
-        FileOptions, args=[f"{flag(field)}={value}"], config=(tyro.conf.OmitArgPrefixes,)
-    ).reading()  # fmt: skip
+    word = f"--no-{field}" if value == "False" else f"{flag(field)}={value}"
+    options = tyro.cli(FileOptions, args=[word], config=(tyro.conf.OmitArgPrefixes,)).reading()
     given = {f.name: getattr(options, f.name) for f in dataclasses.fields(ReadOptions)}
     assert str(given.pop(field)) == value and set(given.values()) == {None}
 

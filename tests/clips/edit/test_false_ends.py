@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import SAMPLES
+from damage import read_shared
 
-from clips import ReadOptions, read_clip, repair
-from clips.edit import cut
+from clips import read_clip, repair
 
 HUMAN = [
     "bvh/lafan1_dance1_subject2.bvh", "bvh/bandai1_dance_short_normal_001.bvh", "npz/asap_smpl_apt_level1.npz",
@@ -17,9 +17,7 @@ ROBOT = ["csv/g1moves/M_Move5.csv", "pkl/gmt_dance.pkl", "csv/lafan1_g1_dance2_s
 
 
 def read(shared, file):
-    rate = {"csv/g1moves": 60.0, "csv/lafan1": 30.0, "amc/": 120.0}
-    fps = next((r for start, r in rate.items() if file.startswith(start)), None)
-    return repair(cut(read_clip(shared / file, ReadOptions(fps=fps)), 2.0, 8.0))
+    return repair(read_shared(shared, file, 2.0, 8.0))
 
 
 def rest_pose(shared):

@@ -139,7 +139,7 @@ def test_a_floor_that_drifts_and_leans_is_levelled(dance):
 
 def test_a_floor_that_leans_like_a_roof_is_left_alone(dance):
     positions = dance.positions.copy()
-    positions[..., 2] += 0.6 * positions[..., 0]
+    positions[..., 2] += 1.5 * positions[..., 0]
     clip = damaged(dance, positions=positions)
     assert repair(clip) is clip
 
