@@ -18,7 +18,7 @@ from rich.console import Console
 
 from cli.extras import refusal_of
 from clips import write_whole
-from clips.identify import UnknownSkeletonError
+from clips.identify import MappingNeededError
 from robot_models import DanceError, __version__
 
 DONE, BELOW_GATE, REFUSED = 0, 1, 2
@@ -41,7 +41,7 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
     )
     try:
         return body(options)
-    except UnknownSkeletonError as e:
+    except MappingNeededError as e:
         _offer_draft(e)
         complain(e, name, words, option_names(arguments))
         return REFUSED
@@ -56,7 +56,7 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
         return 130
 
 
-def _offer_draft(error: UnknownSkeletonError) -> None:
+def _offer_draft(error: MappingNeededError) -> None:
     """Write the mapping to confirm into the current folder; one that is there already stays as it is."""
     path = Path(error.suggestion)
     if path.exists():

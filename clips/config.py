@@ -46,21 +46,34 @@ class FloorConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SidesConfig:
+    """When left and right of a body are exchanged."""
+
+    leap: float = 0.05  # by which both points of a pair are nearer to each other's last place than to their own [m]
+    bone_noise: float = 0.02  # change of a bone's length that says nothing, as a share of it
+    much_less: float = 0.5  # of a change of length: exchanged, it must be so much smaller
+    least_spread: float = 0.05  # of a bone's length over a clip that wants explaining
+    most: float = 0.5  # of the frames that may be exchanged, beyond which nobody knows which side is right
+    against: float = 0.3  # cosine of hips and shoulders, below minus which one of them is exchanged
+    behind: float = 0.02  # knees and toes behind the hips' front [m]
+
+
+@dataclass(frozen=True, kw_only=True)
 class LeanConfig:
     """The plane that feet stand on, and when a recording is levelled by it."""
 
     over_s: float = 0.1  # in which speeds are measured, and the shortest stand [s]
-    longest_s: float = 0.5  # of one stand; longer ones count as several [s]
+    longest_s: float = 0.5  # of a stand that counts fully; longer ones count no more [s]
     slow: float = 0.2  # speed of what stands [m/s]
     least_stands: int = 4
     noise: float = 0.01  # of the height of a stand [m]
     scales: tuple[float, ...] = (0.1, 0.05, 0.03, *[0.02] * 10)  # height over the plane that halves a stand's say [m]
     agreement: float = 0.03  # distance from the plane at which a stand agrees [m]
-    feet_differ: float = 0.008  # between the heights of one point on the left and the right foot [m]
+    feet_differ: float = 0.012  # between the heights of one point on the left and the right foot [m]
     parts: int = 8  # of the clip, in each of which the body's left is level
     left_leans: float = 0.1  # of the body's left on the mean over such a part [slope]
     up_leans: float = 0.15  # of the body's up on the mean over the clip [slope]
-    certain: tuple[tuple[float, float], ...] = ((0.85, 3.0), (0.65, 10.0))  # stands that agree, deviations from no lean
+    certain: tuple[tuple[float, float], ...] = ((0.85, 5.5), (0.65, 12.0))  # stands that agree, deviations from no lean
     least_deg: float = 4.5  # below which a floor is left to what drifts; what a dance on the spot may be mistaken by
     most_deg: float = 38.0  # beyond which it is another up axis, or no floor
 
@@ -74,9 +87,13 @@ class TravelConfig:
     near_floor: float = 0.05  # height of the lowest foot over its floor [m]
     least_s: float = 0.3  # of such frames [s]
     held_height: float = 0.005  # change of the hips' height below which it was not recorded [m]
-    of_drive: tuple[float, float] = (0.4, 1.7)  # the hips' speed as a share of it; 54 recordings have 0.44 to 1.2
+    of_drive: tuple[float, float] = (0.4, 1.7)  # the pelvis' speed as a share of it; 54 recordings have 0.44 to 1.2
+    long_s: float = (
+        8.0  # of such frames, from which on that holds; of shorter stretches some slide and turn on the spot [s]
+    )
+    least_of_drive: float = 0.12  # a share that no stretch has
     most_slip: float = 0.55  # of the lowest foot, as a share of it
-    doubtful_slip: float = 0.75  # at which a floor is hardly stood on, though the travel is there
+    doubtful_slip: float = 0.55  # at which a floor is hardly stood on, though the travel is there
     unit_ratios: tuple[float, ...] = (100.0, 1000.0, 10.0, 2.54, 39.37, 0.4, 0.1, 0.01, 0.001, 0.0254)
     unit_slip: float = 0.4  # of the lowest foot, below which a ratio of units explains the travel
 
@@ -97,4 +114,5 @@ class IdentifyConfig:
     stature: float = 1.7  # of a person whose unit is none of the customary ones [m]
 
 
-REPAIR, FLOOR, LEAN, TRAVEL, IDENTIFY = RepairConfig(), FloorConfig(), LeanConfig(), TravelConfig(), IdentifyConfig()
+REPAIR, SIDES, FLOOR, LEAN = RepairConfig(), SidesConfig(), FloorConfig(), LeanConfig()
+TRAVEL, IDENTIFY = TravelConfig(), IdentifyConfig()

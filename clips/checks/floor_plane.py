@@ -14,6 +14,8 @@ from clips.clip import Clip
 from clips.config import LEAN
 from robot_models.maths import intervals_of
 
+_ANYWHERE = 1e3  # metres: no prior of a height, so that one without stands has some value
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FloorPlane:
@@ -61,8 +63,8 @@ def check_floor(clip: Clip) -> Check:
 def fit_floor(feet: FootPoints, fps: float) -> FloorPlane | None:
     """The plane of all stands, robustly; None where feet hardly ever stand still.
 
-    Unknown are the slope and the height of each point of the feet over its sole. A stand is a point that stays slow, cut into
-    half seconds. Nothing stands under the floor, but feet also stand still in the air, so what lies over the plane counts less
+    Unknown are the slope and the height of each point of the feet over its sole. A stand is a point that stays slow, however
+    long. Nothing stands under the floor, but feet also stand still in the air, so what lies over the plane counts less
     the higher it is. Where stands tell little, as on a straight way about the lateral axis, the body does, weakly: its left is
     level and its up is vertical on the mean.
     """
@@ -93,24 +95,19 @@ def fit_floor(feet: FootPoints, fps: float) -> FloorPlane | None:
 def _stands(
     feet: FootPoints, fps: float
 ) -> tuple[Float[ndarray, "N 2"], Float[ndarray, "N"], ndarray, Float[ndarray, "N"]]:
-    """Place [m], height [m], point and weight of every half second in which a point stays slow."""
+    """Place [m], height [m], point and weight of every time that a point stays slow."""
     points = feet.points.reshape(len(feet.points), -1, 3)
     half = max(1, round(0.5 * LEAN.over_s * fps))
     speed = np.linalg.norm(points[2 * half :] - points[: -2 * half], axis=-1) * fps / (2.0 * half)
     longest, shortest = max(1, round(LEAN.longest_s * fps)), max(1.0, LEAN.over_s * fps)
     found = [
-        (*np.median(points[half + a : half + b, k], axis=0), k, np.sqrt((b - a) / longest))
+        (*np.median(points[half + a : half + b, k], axis=0), k, np.sqrt(min(1.0, (b - a) / longest)))
         for k in range(points.shape[1])
-        for first, last in intervals_of(speed[:, k] < LEAN.slow)
-        for a, b in _pieces(first, last, longest)
+        for a, b in intervals_of(speed[:, k] < LEAN.slow)
         if b - a >= shortest
     ]
     table = np.array(found).reshape(-1, 5)
     return table[:, :2], table[:, 2], table[:, 3].astype(int), table[:, 4]
-
-
-def _pieces(first: int, last: int, longest: int) -> list[tuple[int, int]]:
-    return [(a, min(a + longest, last)) for a in range(first, last, longest)]
 
 
 def _priors(feet: FootPoints, count: int) -> tuple[Float[ndarray, "P C"], Float[ndarray, "P"]]:
@@ -124,6 +121,7 @@ def _priors(feet: FootPoints, count: int) -> tuple[Float[ndarray, "P C"], Float[
 
     for kind in range(kinds):
         add({kind: 1.0, kinds + kind: -1.0}, 0.0, LEAN.feet_differ)
+        add({kind: 1.0}, 0.0, _ANYWHERE)
     for part in np.array_split(feet.left, LEAN.parts):
         left = part.mean(axis=0)
         left /= max(float(np.linalg.norm(left)), 1e-9)

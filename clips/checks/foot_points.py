@@ -1,4 +1,4 @@
-"""Where the feet and the hips of a recording are: of a person by its points, of a robot by forward kinematics."""
+"""Where the feet and the pelvis of a recording are: of a person by its points, of a robot by forward kinematics."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class FootPoints:
     """Points of both feet, and what stands over them. World, z up [m]."""
 
     points: Float[ndarray, "T 2 K 3"]  # left and right; ankle and toe, or the heel and toe edges of a robot's soles
-    hips: Float[ndarray, "T 3"]
+    pelvis: Float[ndarray, "T 3"]
     left: Float[ndarray, "T 3"]  # the body's own left, a unit vector
     up: Float[ndarray, "T 3"]  # the body's own up, a unit vector
     leg: float  # from hip to ankle, stretched [m]
@@ -37,7 +37,7 @@ def _of_person(clip: HumanClip) -> FootPoints:
     feet = [np.stack([clip.point(f"{side}_{p}") for p in parts], axis=1) for side in ("left", "right")]
     return FootPoints(
         points=np.stack(feet, axis=1),
-        hips=0.5 * (hips[0] + hips[1]),
+        pelvis=clip.point("pelvis"),
         left=rot.unit(rot.unit(hips[0] - hips[1]) + rot.unit(shoulders[0] - shoulders[1])),
         up=rot.unit(hips[0] + hips[1] + shoulders[0] + shoulders[1] - 2.0 * (ankles[0] + ankles[1])),
         leg=0.49 * clip.height,
@@ -51,7 +51,7 @@ def _of_robot(clip: RobotClip) -> FootPoints:
     axes = np.broadcast_to(np.eye(3), (clip.frames, 3, 3))
     return FootPoints(
         points=heels_toes,
-        hips=clip.root_pos,
+        pelvis=clip.root_pos,
         left=rot.rotate(clip.root_quat, axes[:, 1]),
         up=rot.rotate(clip.root_quat, axes[:, 2]),
         leg=float(robot.default_qpos[2]),

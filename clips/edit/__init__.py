@@ -4,12 +4,15 @@ from clips.edit.align import placed, recentre
 from clips.edit.gaps import without_gaps
 from clips.edit.repair import repair
 from clips.edit.resample import cut, new_times, resample, sample
+from clips.edit.sides import exchanged_everywhere, knees_ahead
 from clips.edit.speed import at_speed, mirror, warp_time
 from clips.edit.travel import travel_from_feet, travel_scaled
 
 __all__ = [
     "at_speed",
     "cut",
+    "exchanged_everywhere",
+    "knees_ahead",
     "mirror",
     "new_times",
     "placed",

@@ -20,6 +20,7 @@ from clips.edit.false_ends import hips_of, without_calibration_pose, without_fal
 from clips.edit.floor import on_level_floor
 from clips.edit.level import upright
 from clips.edit.resample import sample_quat
+from clips.edit.sides import with_sides_unchanged
 from clips.errors import ClipError
 from clips.provenance import Repair
 from robot_models import load_robot
@@ -86,6 +87,7 @@ def without_spikes(clip: Clip) -> Clip:
 
 
 _MENDS: tuple[Callable[[Clip], Clip], ...] = (
+    with_sides_unchanged,  # first: a flip near an end is no rest pose
     without_calibration_pose,
     without_false_ends,
     without_repeats,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,11 @@ from numpy import ndarray
 
 from clips.clip import REQUIRED, HumanClip
 from clips.config import IDENTIFY
-from clips.edit import without_gaps
+from clips.edit import exchanged_everywhere, knees_ahead, without_gaps
 from clips.errors import ClipError
 from clips.identify.landmark_geometry import estimate_landmarks
 from clips.identify.landmark_names import find_landmarks, find_unit, leg_lengths, stature
-from clips.identify.mapping import UnknownSkeletonError, read_mapping
+from clips.identify.mapping import ExchangedSidesError, UnknownSkeletonError, read_mapping
 from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
 from robot_models.maths import rotation as rot
 
@@ -80,10 +81,9 @@ def human_clip(
     points, turns = _in_our_axes(positions, orientations, turn, scale)
     height = stature(leg_lengths(points, names, known))
     _check_height(height, scale, unit_finding, raw.name)
-    facing = _check_handedness(points, names, known, raw.name)
     done = [f"unit -> m (x {scale:.6g})"] if scale != 1.0 else []
     done += [f"up {up} -> z"] if up != "z" else []
-    return HumanClip(
+    clip = HumanClip(
         fps=fps,
         names=tuple(names),
         positions=points,
@@ -91,8 +91,13 @@ def human_clip(
         parents=tuple(parents),
         landmarks=known,
         height=options.stature or height,
-        source=raw.source(dialect, [*findings, up_finding, unit_finding, facing], done, [*repairs, *whole.repairs]),
+        source=raw.source(dialect, [*findings, up_finding, unit_finding], done, [*repairs, *whole.repairs]),
     )
+    exchanged = exchanged_everywhere(clip)
+    if exchanged:
+        raise ExchangedSidesError(raw.name, names, exchanged, known)
+    facing = _check_handedness(clip)
+    return replace(clip, source=replace(clip.source, findings=(*clip.source.findings, facing)))
 
 
 def _landmarks_of(
@@ -167,24 +172,15 @@ def _find_up(
     return name, Finding(what="up axis", value=name, why=why, confidence="measured", option="up")
 
 
-def _check_handedness(points: ndarray, names: Sequence[str], known: Mapping[str, str], where: str) -> Finding:
+def _check_handedness(clip: HumanClip) -> Finding:
     """Left must be left: the hips' forward (left x up) has to agree with where knees bend and toes point."""
-    at = {k: points[:, list(names).index(n)] for k, n in known.items()}
-    left = rot.unit(at["left_hip"] - at["right_hip"] + 0.5 * (at["left_shoulder"] - at["right_shoulder"]))
-    forward = rot.unit(np.cross(left, np.array([0.0, 0.0, 1.0])))
-    votes = []
-    for side in ("left", "right"):
-        middle = 0.5 * (at[f"{side}_hip"] + at[f"{side}_ankle"])
-        votes.append(np.sum(forward * (at[f"{side}_knee"] - middle), axis=-1))
-        if f"{side}_toe" in at:
-            votes.append(np.sum(forward * (at[f"{side}_toe"] - at[f"{side}_ankle"]), axis=-1))
-    ahead = float(np.mean(votes))
+    ahead = float(np.mean(knees_ahead(clip)))
     if abs(ahead) < 0.01:
         why = f"knees and toes lie only {1000 * ahead:.0f} mm ahead of the hips' front: straight legs without toes cannot tell"
         return Finding(what="handedness", value="right-handed", why=why, confidence="assumed")
     if ahead < 0.0:
         raise ClipError(
-            where,
+            clip.source.file,
             found=f"knees and toes {-1000 * ahead:.0f} mm behind the hips' front",
             expected="them in front: left and right are swapped, or the file is mirrored (a left-handed world)",
             cure="export it again right-handed, or swap the names",

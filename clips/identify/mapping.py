@@ -22,22 +22,48 @@ _HEADER = """\
 """
 
 
-class UnknownSkeletonError(ClipError):
-    """A skeleton whose points no naming custom tells apart.
+class MappingNeededError(ClipError):
+    """A skeleton of which the user has to say which point is which part of the body.
 
     Attributes:
         draft: text of a mapping file to be confirmed.
     """
 
-    def __init__(self, file: str, names: Sequence[str], missing: Sequence[str], guess: Mapping[str, str]) -> None:
+    def __init__(
+        self, file: str, names: Sequence[str], guess: Mapping[str, str], *, found: str, expected: str, cure: str
+    ) -> None:
         self.draft = draft(file, names, guess)
+        suggestion = f"{Path(file).stem}.mapping.toml"
+        super().__init__(file, found=found, expected=expected, cure=cure, option="mapping", suggestion=suggestion)
+
+
+class UnknownSkeletonError(MappingNeededError):
+    """A skeleton whose points no naming custom tells apart."""
+
+    def __init__(self, file: str, names: Sequence[str], missing: Sequence[str], guess: Mapping[str, str]) -> None:
         super().__init__(
             file,
+            names,
+            guess,
             found=f"no point for {', '.join(missing)} among {', '.join(names)}",
             expected="hips, knees, ankles, shoulders, elbows and wrists of both sides",
             cure="name the points left_hip, left_knee, ..., or say in a mapping file which is which",
-            option="mapping",
-            suggestion=f"{Path(file).stem}.mapping.toml",
+        )
+
+
+class ExchangedSidesError(MappingNeededError):
+    """A skeleton whose left is right in every frame, for some parts of the body."""
+
+    def __init__(self, file: str, names: Sequence[str], parts: Sequence[str], known: Mapping[str, str]) -> None:
+        other = {"left": "right", "right": "left"}
+        pairs = {f"{side}_{part}": known[f"{other[side]}_{part}"] for side in other for part in parts}
+        super().__init__(
+            file,
+            names,
+            {**known, **pairs},
+            found=f"left and right {', '.join(parts)} on each other's side in every frame",
+            expected="left points on the person's left: where knees bend and toes point tells which it is",
+            cure="exchange the names, or read it with a mapping that does",
         )
 
 

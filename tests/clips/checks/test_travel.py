@@ -45,7 +45,7 @@ def points_of(clip):
 
 
 def way(clip):
-    hips = foot_points(clip).hips[:, :2]
+    hips = foot_points(clip).pelvis[:, :2]
     return np.linalg.norm(np.diff(hips, axis=0), axis=1).sum()
 
 
