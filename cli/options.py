@@ -33,6 +33,8 @@ class FileOptions:
     """The ASF that an AMC was recorded on, where it does not lie beside it."""
     mapping: str | None = None
     """A file that says which point is which part of the body, for skeletons that no custom tells apart."""
+    person: str | None = None
+    """Of several people in one file: the name of the root, or a number; FILE#2 says the same."""
     level: bool = True
     """Turn a world that leans, as a camera's does, upright."""
     travel: str | None = None
@@ -54,6 +56,7 @@ class FileOptions:
             source_robot=self.source_robot,
             skeleton=self.skeleton,
             mapping=self.mapping,
+            person=self.person,
             level=None if self.level else False,
             travel=self.travel,
             travel_scale=self.travel_scale,

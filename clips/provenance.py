@@ -79,6 +79,7 @@ class ReadOptions:
     source_robot: str | None = None  # the robot that a joint-space file was made for
     skeleton: str | None = None  # path of the ASF that an AMC was recorded on
     mapping: str | None = None  # path of a file that says which point is which part of the body
+    person: str | None = None  # of several people in one file: the name of the root, or a number from 1
     level: bool | None = None  # False: leave a floor that leans as it is
     travel: str | None = None  # "from-feet": the way over the floor made anew from the feet that stand
     travel_scale: float | None = None  # factor of the root's positions, where they stand in another unit than the rest
@@ -102,6 +103,9 @@ class ReadOptions:
 
 # Metres per unit. CMU's skeletons are in inches times 0.45 (its own ASF files say so).
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}
+
+
+_UTF16 = (b"\xff\xfe", b"\xfe\xff")  # its byte-order marks
 
 
 def _one_of(option: str, value: object, good: bool, expected: str) -> None:
@@ -143,12 +147,14 @@ class RawFile:
 
     @property
     def head(self) -> bytes:
-        """The first bytes, without a byte-order mark."""
+        """The first bytes, without a byte-order mark; of a text in UTF-16 as UTF-8."""
+        if self.data.startswith(_UTF16):
+            return self.data[:8192].decode("utf-16", errors="ignore").encode()
         return self.data[:4096].removeprefix(b"\xef\xbb\xbf")
 
     def text(self) -> str:
         """The whole file as text: UTF-8, else the encodings that Chinese and Windows tools write."""
-        for encoding in ("utf-8-sig", "gb18030", "utf-16"):
+        for encoding in ("utf-16",) if self.data.startswith(_UTF16) else ("utf-8-sig", "gb18030"):
             try:
                 return self.data.decode(encoding)
             except UnicodeDecodeError:

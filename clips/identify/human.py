@@ -14,7 +14,7 @@ from clips.clip import REQUIRED, HumanClip
 from clips.config import IDENTIFY
 from clips.edit import exchanged_everywhere, knees_ahead, without_gaps
 from clips.errors import ClipError
-from clips.identify.landmark_geometry import estimate_landmarks
+from clips.identify.landmark_geometry import estimate_landmarks, off_bones_deg, without_extra_bones
 from clips.identify.landmark_names import find_landmarks, find_unit, leg_lengths, stature
 from clips.identify.mapping import ExchangedSidesError, UnknownSkeletonError, read_mapping
 from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
@@ -66,7 +66,7 @@ def human_clip(
         ClipError: landmarks missing, long gaps, mirrored or impossible points.
     """
     raw.check_rate(fps)
-    known = _landmarks_of(raw, names, parents, positions, options, landmarks)
+    known, limbs = _landmarks_of(raw, names, parents, positions, options, landmarks)
     whole = without_gaps(positions, names, [known[k] for k in REQUIRED], fps, raw.name)
     positions, kept = whole.positions, list(whole.points)
     names, parents = [names[k] for k in kept], [kept.index(p) if p in kept else -1 for p in (parents[k] for k in kept)]
@@ -91,7 +91,7 @@ def human_clip(
         parents=tuple(parents),
         landmarks=known,
         height=options.stature or height,
-        source=raw.source(dialect, [*findings, up_finding, unit_finding], done, [*repairs, *whole.repairs]),
+        source=raw.source(dialect, [*findings, *limbs, up_finding, unit_finding], done, [*repairs, *whole.repairs]),
     )
     exchanged = exchanged_everywhere(clip)
     if exchanged:
@@ -107,16 +107,33 @@ def _landmarks_of(
     positions: Float[ndarray, "T K 3"],
     options: ReadOptions,
     told: Mapping[str, str] | None,
-) -> dict[str, str]:
-    """Landmark -> point name: as the user says, else as the dialect knows, else by name; or a draft to be confirmed."""
+) -> tuple[dict[str, str], list[Finding]]:
+    """Landmark -> point name: as the user says, else as the dialect knows, else by name; or a draft to be confirmed.
+
+    With how far the limbs, so named, are from the bones that end in them.
+    """
+    some = np.nan_to_num(positions[:: max(1, len(positions) // IDENTIFY.probe_frames)])
     if options.mapping is not None:
-        return read_mapping(Path(options.mapping), names)
-    known = dict(told or find_landmarks(names))
-    missing = [k for k in REQUIRED if k not in known]
-    if missing:
-        guess = estimate_landmarks(names, parents, np.nan_to_num(positions)) | known
-        raise UnknownSkeletonError(raw.name, names, missing, guess)
-    return known
+        known, moved = read_mapping(Path(options.mapping), names), list[str]()
+    else:
+        known = dict(told or find_landmarks(names))
+        missing = [k for k in REQUIRED if k not in known]
+        if missing:
+            guess = estimate_landmarks(names, parents, some) | known
+            if set(REQUIRED) <= set(guess):
+                guess, _ = without_extra_bones(guess, names, parents, some)
+            raise UnknownSkeletonError(raw.name, names, missing, guess)
+        known, moved = without_extra_bones(known, names, parents, some)
+    off = off_bones_deg(known, names, parents, some)
+    if off is None:
+        return known, []
+    why = "; ".join((f"worst {off[1]}, against the bone that ends in it", *moved))
+    return known, [
+        Finding(
+            what="limbs", value=f"along their bones within {off[0]:.1f} deg", why=why,
+            confidence="measured" if off[0] < IDENTIFY.bends_deg else "assumed", option="mapping",
+        )
+    ]  # fmt: skip
 
 
 def _in_our_axes(

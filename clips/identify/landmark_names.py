@@ -20,8 +20,8 @@ _SIDED = {
     "knee": ("knee", "lowerleg", "calf", "shin", "tibia", "leg"),
     "ankle": ("ankle", "foot"),
     "toe": ("toebase", "toe", "toes", "toe0", "footindex", "ball", "foot"),
-    "shoulder": ("upperarm", "arm", "humerus", "shldrbend", "shoulder", "shldr"),
-    "elbow": ("elbow", "forearm", "forearmbend", "lowerarm", "radius"),
+    "shoulder": ("upperarm", "uarm", "arm", "humerus", "shldrbend", "shoulder", "shldr"),
+    "elbow": ("elbow", "forearm", "farm", "forearmbend", "lowerarm", "radius"),
     "wrist": ("wrist", "hand"),
 }
 _MIDDLE = {
@@ -37,10 +37,13 @@ _PREFIX = re.compile(
     r"^(.*[:|]|mixamorig\d*_?|j_bip_(c_)?|(def|org)-|character\d*_|(bip\d*|joint|j|body)[_ ])", re.IGNORECASE
 )
 
+_SIDE = re.compile(r"left|right|(?<![a-z])[lr](?![a-z])", re.IGNORECASE)
+
 
 def find_landmarks(names: Sequence[str]) -> dict[str, str]:
     """Landmark -> point name, for every landmark that a name tells."""
-    plain = {_split(n): n for n in reversed(names)}
+    prefix = _common_prefix(names)
+    plain = {_split(n.removeprefix(prefix)): n for n in reversed(names)}
     found: dict[str, str] = {}
     for side in ("left", "right"):
         for part, customs in _SIDED.items():
@@ -53,6 +56,16 @@ def find_landmarks(names: Sequence[str]) -> dict[str, str]:
         if hits:
             found[part] = hits[0]
     return found
+
+
+def _common_prefix(names: Sequence[str]) -> str:
+    """What stands before every name, up to a sign that divides: `Ben_` of `Ben_Hips` and `Ben_LeftLeg`; no side of the body."""
+    if len(names) < 2:
+        return ""
+    first, last = min(names), max(names)  # what the first and the last share, all others between them do
+    shared = next((k for k, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), min(len(first), len(last)))
+    common = re.match(r"^.*[_:|. -]", first[:shared])
+    return "" if common is None or _SIDE.search(common[0]) else common[0]
 
 
 def _split(name: str) -> tuple[str, str]:

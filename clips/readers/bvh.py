@@ -1,24 +1,27 @@
-"""BVH of any skeleton: per-joint channel order, repeated offsets, any up axis and unit."""
+"""BVH of any skeleton: per-joint channel order, repeated offsets, names with spaces, several people, any up axis and unit."""
 
 from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips.clip import HumanClip
+from clips.clip import REQUIRED, HumanClip
 from clips.errors import ClipError
-from clips.identify import human_clip
+from clips.identify import find_landmarks, human_clip
 from clips.provenance import Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 
 _MOST_JOINTS, _MOST_ENDS = 1000, 100
 _BLOCK = 2048  # frames worked on at a time
+_LEAST_BODY = 15  # joints of a tree that is a person's, whatever their names
+_TOKEN = re.compile(
+    r"\b(?:ROOT|JOINT)\b[ \t]*[^\r\n{}]*|[{}]|[^\s{}]+"
+)  # a joint with its name, to the end of the line
 _CHANNEL = re.compile(r"[XYZ](position|rotation)", re.IGNORECASE)
 
 
@@ -44,15 +47,13 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     hierarchy, _, motion = raw.text().partition("MOTION")
     if not motion:
         raise ClipError(raw.name, found="no MOTION section", expected="HIERARCHY, then MOTION")
-    joints = _parse_hierarchy(hierarchy, raw.name)
-    fps, values = _parse_motion(motion, sum(len(j.channels) for j in joints), raw.name)
-    fps_finding = Finding(what="fps", value=f"{fps:.6g}", why="Frame Time line", confidence="stated", option="fps")
-    if options.fps is not None:
-        fps, why = options.fps, f"given; the Frame Time line says {fps:.6g}"
-        fps_finding = Finding(what="fps", value=f"{fps:.6g}", why=why, confidence="stated", option="fps")
+    joints = _parse_hierarchy(_with_points(hierarchy), raw.name)
+    fps, fps_finding, rows = _rate(_with_points(motion), options, raw.name)
+    values = _parse_rows(rows, sum(len(j.channels) for j in joints), raw.name)
+    person = _person(joints, options, raw.name)
     positions, orientations, offsets = _pose(joints, values)
-    del values, hierarchy, motion  # an hour of them is a quarter of a gigabyte
-    keep = [i for i, j in enumerate(joints) if j.channels or any(j.offset)]
+    del values, hierarchy, motion, rows  # an hour of them is a quarter of a gigabyte
+    keep = [i for i, j in enumerate(joints) if (j.channels or any(j.offset)) and i in person]
     place = {j: k for k, j in enumerate(keep)}
     orders = sorted({_rotation_order(j) for j in joints if j.channels})
     findings = [
@@ -76,11 +77,13 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
 def _parse_hierarchy(text: str, where: str) -> list[_Joint]:
     joints: list[_Joint] = []
     stack: list[int] = []
-    tokens = iter(text.split())
+    tokens = iter(_TOKEN.findall(text))
     try:
         for token in tokens:
-            if token in ("ROOT", "JOINT", "End"):
-                joints.append(_joint(token, tokens, stack[-1] if stack else -1, joints))
+            kind, *name = token.split(maxsplit=1)
+            if kind in ("ROOT", "JOINT", "End"):
+                said = name[0] if name else next(tokens)  # the name, or the word Site
+                joints.append(_joint(kind, said.strip(), stack[-1] if stack else -1, joints))
             elif token == "{":
                 stack.append(len(joints) - 1)
             elif token == "}":
@@ -108,8 +111,7 @@ def _check_size(joints: list[_Joint], where: str) -> None:
         raise ClipError(where, found=f"{len(joints)} joints with {width} channels", expected="a body's")
 
 
-def _joint(kind: str, tokens: Iterator[str], parent: int, joints: list[_Joint]) -> _Joint:
-    name = next(tokens)
+def _joint(kind: str, name: str, parent: int, joints: list[_Joint]) -> _Joint:
     if kind == "End":
         name = f"{joints[parent].name}_end"
     if len(joints) > _MOST_JOINTS:
@@ -120,21 +122,49 @@ def _joint(kind: str, tokens: Iterator[str], parent: int, joints: list[_Joint]) 
     return _Joint(name, parent)
 
 
-def _parse_motion(text: str, width: int, where: str) -> tuple[float, ndarray]:
+def _with_points(text: str) -> str:
+    """Text whose numbers are written with decimal points, as programs in some languages write them with commas."""
+    return text.replace(",", ".") if "," in text and "." not in text else text
+
+
+def _rate(text: str, options: ReadOptions, where: str) -> tuple[float, Finding, str]:
+    """Frames per second, how they are known, and the text of the rows; the number of frames stands before them."""
     words = text.split(maxsplit=5)
+    if len(words) < 5 or words[0] != "Frames:" or words[2:4] != ["Frame", "Time:"]:
+        raise ClipError(
+            f"{where}, MOTION", found="no 'Frames:' and 'Frame Time:' lines", expected="Frames, Frame Time, rows"
+        )
     try:
-        if words[0] != "Frames:" or words[2:4] != ["Frame", "Time:"]:
-            raise ValueError("no 'Frames:' and 'Frame Time:' lines")
-        frames, dt = int(words[1]), float(words[4])
+        dt = float(words[4].replace(",", "."))
+    except ValueError:
+        dt = float("nan")
+    if options.fps is None and not dt > 0.0:
+        raise ClipError(
+            f"{where}, Frame Time", found=repr(words[4]), expected="seconds above 0", cure="state the frame rate",
+            option="fps", suggestion="30",
+        )  # fmt: skip
+    why = "Frame Time line" if options.fps is None else f"given; the Frame Time line says {words[4]} s"
+    fps = options.fps or _whole(1.0 / dt)
+    finding = Finding(what="fps", value=f"{fps:.6g}", why=why, confidence="stated", option="fps")
+    return fps, finding, " ".join((words[1], *words[5:]))
+
+
+def _whole(fps: float) -> float:
+    """A rate within the rounding of its frame time, which is written with 6 or 7 digits, of a whole number is that number."""
+    return float(round(fps)) if abs(fps - round(fps)) < 1e-6 * fps**2 else fps
+
+
+def _parse_rows(text: str, width: int, where: str) -> Float[ndarray, "T W"]:
+    """The channels of every frame from the text of their number and rows."""
+    count, *rows = text.split(maxsplit=1)
+    try:
+        frames = int(count)
         with warnings.catch_warnings():
             warnings.simplefilter("error", DeprecationWarning)  # text that is no number ends numpy's reading with one
-            values = np.fromstring(words[5] if len(words) > 5 else "", sep=" ")
-    except DeprecationWarning as e:
-        raise ClipError(f"{where}, MOTION", found="text among the numbers", expected="numbers") from e
-    except (IndexError, ValueError) as e:
-        raise ClipError(
-            f"{where}, MOTION", found=f"text that is no motion ({e})", expected="Frames, Frame Time, rows"
-        ) from e
+            values = np.fromstring(rows[0] if rows else "", sep=" ")
+    except (DeprecationWarning, ValueError) as e:
+        commas = "numbers with decimal points, as the rest has them" if "," in text else "numbers"
+        raise ClipError(f"{where}, MOTION", found="text among the numbers", expected=commas) from e
     if values.size != frames * width:
         raise ClipError(
             f"{where}, MOTION",
@@ -146,13 +176,35 @@ def _parse_motion(text: str, width: int, where: str) -> tuple[float, ndarray]:
         raise ClipError(
             f"{where}, MOTION", found="numbers that are not finite, or absurd", expected="lengths and degrees"
         )
-    if not dt > 0.0:
-        raise ClipError(
-            f"{where}, Frame Time", found=repr(dt), expected="seconds above 0", option="fps", suggestion="30"
-        )
-    # Frame times are written with 6 or 7 digits; a rate within their rounding of a whole number is that number.
-    fps = 1.0 / dt
-    return (float(round(fps)) if abs(fps - round(fps)) < 1e-6 * fps / dt else fps), values.reshape(frames, width)
+    return values.reshape(frames, width)
+
+
+def _person(joints: list[_Joint], options: ReadOptions, where: str) -> set[int]:
+    """The joints that belong to the one person, and what stands beside him or her; of several people those that are asked for.
+
+    Raises:
+        ClipError: several people and nobody said whom, or somebody who is not there.
+    """
+    root = list(range(len(joints)))
+    for i, joint in enumerate(joints):  # parents stand before their children
+        root[i] = i if joint.parent < 0 else root[joint.parent]
+    trees = {r: [i for i in range(len(joints)) if root[i] == r] for r in dict.fromkeys(root)}
+    people = [r for r, tree in trees.items() if _is_body([joints[i].name for i in tree])]
+    if options.person is None and len(people) < 2:
+        return set(range(len(joints)))
+    names = [joints[r].name for r in people]
+    numbers = {str(k + 1): r for k, r in enumerate(people)} | {joints[r].name: r for r in trees}
+    if options.person in numbers:
+        return set(trees[numbers[options.person]])
+    raise ClipError(
+        where, found=f"{len(people)} people ({', '.join(names)})" if len(people) > 1 else f"no person '{options.person}'",
+        expected=f"one of {', '.join(names)}" if names else "a body", cure="say which, by name or by number",
+        option="person", suggestion="1",
+    )  # fmt: skip
+
+
+def _is_body(names: list[str]) -> bool:
+    return set(REQUIRED) <= set(find_landmarks(names)) or len(names) >= _LEAST_BODY
 
 
 def _rotation_order(joint: _Joint) -> str:

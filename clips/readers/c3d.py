@@ -26,7 +26,7 @@ _PARENTS = {
     "hip": "pelvis", "knee": "hip", "ankle": "knee", "toe": "ankle", "neck": "pelvis", "head": "neck", "shoulder": "neck",
     "elbow": "shoulder", "wrist": "elbow",
 }  # fmt: skip
-_INTEL = 84  # its sign in the parameter section
+_INTEL, _MIPS = 84, 86  # their signs in the parameter section
 _BLOCK = 512  # bytes; sections of a C3D begin at whole blocks
 _WORKER = Path(__file__).with_name("c3d_worker.py")
 _MOST_BYTES = 1 << 30  # of the worker's memory, beside twelve times the file
@@ -51,8 +51,7 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     content = _open(raw)
     fps, rate = _rate(raw, float(content["rate"]), options)
     unit, unit_finding = _unit(raw, str(next(iter(content["units"]), "")), options)
-    _refuse_several(raw, content)
-    markers, repairs = _markers(content)
+    markers, repairs = _markers(_one_subject(raw, content, options))
     if not markers:
         raise ClipError(raw.name, found="no labelled marker", expected="markers with names", cure="label them first")
     seen = {name: unit * xyz for name, xyz in markers.items()}
@@ -118,6 +117,7 @@ def _check_size(raw: RawFile, frames: int | None = None) -> None:
         raise ClipError(raw.name, found=f"{len(raw.data)} bytes", expected="a C3D's header and parameters")
     parameters = (raw.data[0] - 1) * _BLOCK
     if not 0 <= parameters < len(raw.data) - 3 or raw.data[parameters + 3] != _INTEL:
+        _refuse_mips(raw, parameters)
         return  # another byte order: left to ezc3d
     points, analog, first, last = struct.unpack_from("<HHHH", raw.data, 2)
     scale, block = struct.unpack_from("<fH", raw.data, 12)
@@ -127,6 +127,14 @@ def _check_size(raw: RawFile, frames: int | None = None) -> None:
         raise ClipError(
             raw.name, found=f"{len(raw.data)} bytes", expected=f"{need} for {frames} frames of {points} points",
             cure="the file is cut off: copy or export it again",
+        )  # fmt: skip
+
+
+def _refuse_mips(raw: RawFile, parameters: int) -> None:
+    if 0 <= parameters < len(raw.data) - 3 and raw.data[parameters + 3] == _MIPS:
+        raise ClipError(
+            raw.name, found="numbers in the byte order of MIPS machines", expected="a C3D in PC (Intel) or DEC order",
+            cure="save it again in PC order: Mokka (File, Save As) or Vicon's and Qualisys' export do",
         )  # fmt: skip
 
 
@@ -153,16 +161,24 @@ def _unit(raw: RawFile, told: str, options: ReadOptions) -> tuple[float, Finding
     )  # fmt: skip
 
 
-def _refuse_several(raw: RawFile, content: Mapping[str, ndarray]) -> None:
-    """Two people in one file share their markers' names but for the prefix: taken together they are nobody."""
+def _one_subject(raw: RawFile, content: Mapping[str, ndarray], options: ReadOptions) -> Mapping[str, ndarray]:
+    """What belongs to one person: two in one file share their markers' names but for the prefix, and together are nobody."""
     labels = [str(label).strip() for label in content["labels"]]
     counts = Counter(label.split(":")[0] for label in labels if ":" in label)
     subjects = [name for name, count in counts.items() if count >= _SUBJECT]
-    if len(subjects) > 1:
+    chosen = dict(zip(map(str, range(1, len(subjects) + 1)), subjects, strict=True)).get(
+        options.person or "", options.person
+    )
+    if chosen in subjects:
+        own = np.array([label.startswith(f"{chosen}:") for label in labels])
+        points, residuals = content["points"][:, : len(own)][:, own], content["residuals"][: len(own)][own]
+        return {**content, "labels": content["labels"][own], "points": points, "residuals": residuals}
+    if len(subjects) > 1 or options.person is not None:
         raise ClipError(
-            raw.name, found=f"{len(subjects)} subjects ({', '.join(subjects)})", expected="one",
-            cure="export each of them to a file of its own",
+            raw.name, found=f"{len(subjects)} subjects ({', '.join(subjects)})", expected="one of them",
+            cure="say which, by name or by number", option="person", suggestion="1",
         )  # fmt: skip
+    return content
 
 
 def _markers(content: Mapping[str, ndarray]) -> tuple[dict[str, Float[ndarray, "T 3"]], list[Repair]]:

@@ -27,16 +27,17 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
     """Read a motion file, chosen by its content.
 
     Args:
-        path: the file.
+        path: the file; FILE#2 for the second of several people in it.
         options: what the user states about it; a statement beats every guess.
 
     Raises:
         ClipError: the file cannot be read rightly; the message names place, found, expected and cure.
     """
-    raw = RawFile.load(Path(path))
+    path, options = _person_of(Path(path), options or ReadOptions())
+    raw = RawFile.load(path)
     for reader in READERS:
         if reader.recognises(raw):
-            return _as_stated(reader.read(raw, options or ReadOptions()), options or ReadOptions())
+            return _as_stated(reader.read(raw, options), options)
     for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
         if raw.head.lstrip().startswith(magic):
             raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt", cure=cure)
@@ -46,6 +47,14 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
         expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt",
         cure="docs/formats.md lists every layout",
     )
+
+
+def _person_of(path: Path, options: ReadOptions) -> tuple[Path, ReadOptions]:
+    """`FILE#2` is the second person of a file."""
+    name, _, number = path.name.rpartition("#")
+    if name and number.isdigit() and not path.exists():
+        return path.with_name(name), replace(options, person=options.person or number)
+    return path, options
 
 
 def _as_stated(clip: Clip, options: ReadOptions) -> Clip:

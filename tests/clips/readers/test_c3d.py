@@ -149,8 +149,22 @@ def test_two_people_in_one_file_are_refused_by_name(tmp_path):
     ana, ben = standing(), {n: m + [1.0, 0.0, 0.0] for n, m in standing().items()}
     del ana["LTOE"]
     both = {f"Ana:{n}": m for n, m in ana.items()} | {f"Ben:{n}": m for n, m in ben.items()}
-    with pytest.raises(ClipError, match=r"2 subjects \(Ana, Ben\).*a file of its own"):
+    with pytest.raises(ClipError, match=r"2 subjects \(Ana, Ben\)"):
         read_clip(write(tmp_path / "two.c3d", both))
+    one, two = (read_clip(f"{tmp_path / 'two.c3d'}#{k}") for k in (1, 2))
+    assert "left_toe" not in one.landmarks and "left_toe" in two.landmarks
+    by_name = read_clip(tmp_path / "two.c3d", ReadOptions(person="Ben"))
+    np.testing.assert_array_equal(by_name.positions, two.positions)
+    np.testing.assert_allclose(two.point("left_knee")[0] - one.point("left_knee")[0], [1.0, 0.0, 0.0], atol=1e-3)
+
+
+def test_the_byte_order_of_mips_is_refused_with_a_way_round(tmp_path):
+    path = write(tmp_path / "mips.c3d", standing())
+    data = bytearray(path.read_bytes())
+    data[(data[0] - 1) * 512 + 3] = 86
+    path.write_bytes(data)
+    with pytest.raises(ClipError, match="MIPS.*save it again in PC order"):
+        read_clip(path)
 
 
 def test_a_lost_toe_costs_the_toe_and_not_the_clip(tmp_path):
