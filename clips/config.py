@@ -111,6 +111,13 @@ class IdentifyConfig:
     tallest: float = 2.6  # [m]
     leg_share: float = 0.491  # thigh and shank over stature (Drillis & Contini 1966: .245 + .246)
     legs: tuple[float, float] = (0.62, 1.05)  # of a person, by which a unit is found [m]
+    bodies_frames: int = 20  # of a file whose bodies are held against its joints
+    bodies_fit: float = 0.03  # between stated bodies and those of the joints [m]
+    bodies_off: float = (
+        0.1  # beyond which names are wrong [m]; another version of a robot misses by 0.05, they by 0.12 and more
+    )
+    moving: float = 0.2  # speed of a joint that tells a rate [rad/s]
+    rates_fit: float = 1.2  # times its positions' velocity that a stated velocity may be
     long_bone: float = 0.2  # of a limb's segment, that two bones in it must have for it to begin between them
     bends_deg: float = 5.0  # by which such bones are no straight line, and a limb's direction is not that of its bone
     stature: float = 1.7  # of a person whose unit is none of the customary ones [m]

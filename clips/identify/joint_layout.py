@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -129,3 +130,40 @@ def breadth_first(robot: RobotModel) -> tuple[str, ...]:
         level = [b for parent in level for b in range(1, m.nbody) if m.body_parentid[b] == parent and b != parent]
         names += [m.joint(int(m.body_jntadr[b])).name for b in level if m.body_jntnum[b]]
     return tuple(names)
+
+
+def _joint_written_as(name: str, robot: RobotModel) -> str:
+    """The joint that a header names as itself, as the link that it moves, or without its ending; "" where none is."""
+    if name in robot.joint_names:
+        return name
+    links = dict(zip(robot.body_names[1:], robot.joint_names, strict=True))
+    ended = f"{name}_joint"
+    return links.get(name) or links.get(f"{name}_link") or (ended if ended in robot.joint_names else "")
+
+
+def joints_by_name(raw: RawFile, written: Sequence[str], options: ReadOptions) -> tuple[str, tuple[str, ...]]:
+    """The robot whose joints a file names, as joints or as the links that they move, and its own names for them.
+
+    Raises:
+        ClipError: no robot has them all, or one that has them lacks too many.
+    """
+    tried = []
+    for name in [options.source_robot] if options.source_robot else [n for n in robot_names() if installed(n)]:
+        robot = load_robot(name)
+        joints = [_joint_written_as(w, robot) for w in written]
+        unknown = [w for w, j in zip(written, joints, strict=True) if not j]
+        if not unknown:
+            missing = [j for j in robot.joint_names if j not in joints]
+            if len(missing) <= 0.3 * len(robot.joint_names):
+                return name, tuple(joints)
+            unknown = [f"(absent) {m}" for m in missing]
+        tried.append((len(unknown), name, unknown))
+    _, name, unknown = min(tried)
+    raise ClipError(
+        f"{raw.name}, names of joints",
+        found=f"names of joints that fit no robot; {name} comes nearest, without {', '.join(unknown[:6])}",
+        expected="the joints or links of one robot",
+        cure="name the robot, or correct the columns",
+        option="source_robot",
+        suggestion=name,
+    )

@@ -14,7 +14,7 @@ from numpy import ndarray
 
 from clips.clip import Clip, RobotClip
 from clips.errors import ClipError
-from clips.identify import breadth_first, choose_layout, robot_clip
+from clips.identify import breadth_first, check_against_bodies, check_against_velocities, choose_layout, robot_clip
 from clips.provenance import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from clips.readers import smpl
 from clips.readers.rates import rate
@@ -128,10 +128,13 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
         names = tuple(map(str, data["joint_names"]))
         order = Finding(what="joint order", value="by name", why="key 'joint_names'", confidence="stated")
         dialect = "reference of this project"
+        more = _held(raw, robot, names, data, ("joint_pos", "body_names", "body_pos_w", "body_quat_w"))
     else:
         robot, depth_first, _ = choose_layout(raw, count, options)
         names, order = _order_by_kinematics(raw, load_robot(robot), depth_first, data)
+        more = []
         dialect = "BeyondMimic motion.npz"
+    more += _rate_held(raw, data, "joint_pos", "joint_vel", fps)
     return robot_clip(
         raw,
         dialect=dialect,
@@ -143,8 +146,33 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
         quat_order="wxyz",
         joint_pos=np.asarray(data["joint_pos"], dtype=float),
         options=options,
-        findings=[finding, order],
+        findings=[finding, order, *more],
     )
+
+
+def _held(
+    raw: RawFile, robot: str, names: tuple[str, ...], data: Mapping[str, ndarray], keys: tuple[str, str, str, str]
+) -> list[Finding]:
+    """Hold named joints against named bodies; the first key is of the joints, the others of the bodies."""
+    joints, body_names, positions, rotations = (data.get(key) for key in keys)
+    if joints is None or body_names is None or positions is None or rotations is None:
+        return []
+    model, bodies = load_robot(robot), list(map(str, body_names))
+    fits = set(names) <= set(model.joint_names) and model.body_names[0] in bodies and positions.shape[1] == len(bodies)
+    if not fits or joints.shape[1] != len(names) or rotations.shape[:2] != positions.shape[:2]:
+        return []  # refused where names and shapes are checked
+    root = bodies.index(model.body_names[0])
+    turned = np.broadcast_to(rot.conjugate(rot.normalise(rotations[:, root : root + 1].astype(float))), rotations.shape)
+    places = rot.rotate(turned, (positions - positions[:, root : root + 1]).astype(float))
+    return [check_against_bodies(raw, model, names, joints.astype(float), bodies, places)]
+
+
+def _rate_held(raw: RawFile, data: Mapping[str, ndarray], positions: str, velocities: str, fps: float) -> list[Finding]:
+    """Hold stated velocities against positions."""
+    if velocities not in data or data[velocities].dtype.kind != "f":
+        return []
+    found = check_against_velocities(raw, data[positions].astype(float), data[velocities].astype(float), fps)
+    return [] if found is None else [found]
 
 
 def _order_by_kinematics(
@@ -190,6 +218,8 @@ def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) 
         raise ClipError(
             f"{raw.name}, body_names", found=", ".join(bodies[:4]) + " ...", expected=f"{robot}'s root '{root}'"
         )
+    more = _held(raw, robot, names, data, ("dof_positions", "body_names", "body_positions", "body_rotations"))
+    more += _rate_held(raw, data, "dof_positions", "dof_velocities", fps)
     return robot_clip(
         raw,
         dialect="Isaac AMP npz",
@@ -201,7 +231,11 @@ def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) 
         quat_order="wxyz",
         joint_pos=np.asarray(data["dof_positions"], dtype=float),
         options=options,
-        findings=[finding, Finding(what="joint order", value="by name", why="key 'dof_names'", confidence="stated")],
+        findings=[
+            finding,
+            Finding(what="joint order", value="by name", why="key 'dof_names'", confidence="stated"),
+            *more,
+        ],
     )
 
 

@@ -10,12 +10,15 @@ from numpy import ndarray
 
 from clips.clip import Clip, HumanClip, RobotClip
 from clips.errors import ClipError
-from clips.identify import choose_layout, joint_order, robot_clip
+from clips.identify import check_against_bodies, choose_layout, joint_order, joints_by_name, robot_clip
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import smpl
 from clips.readers.unpickler import OPENERS, load
+from robot_models import load_robot
 from robot_models.maths import rotation as rot
 
+_JOINT_NAMES = ("joint_names", "dof_names", "joints_names", "joint_order")
+_BODY_NAMES = ("link_body_list", "body_names")
 _ABSURD = 1e6  # no position, angle or quaternion of anybody
 
 
@@ -65,6 +68,7 @@ def _gmr(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> Robo
         "xyzw",
         content["dof_pos"],
         options,
+        said=content,
     )
 
 
@@ -78,7 +82,7 @@ def _phc(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> Robo
         )
     return _joint_space(
         raw, "PHC/ASAP/PBHC pickle", content.get("fps"), content["root_trans_offset"], content["root_rot"], "xyzw",
-        content["dof"], options,
+        content["dof"], options, said=content,
     )  # fmt: skip
 
 
@@ -89,7 +93,7 @@ def _mimickit(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) ->
     quat = rot.exp(frames[:, 3:6])
     return _joint_space(
         raw, "MimicKit pickle", content.get("fps"), frames[:, :3], quat, "wxyz", frames[:, 6:], options,
-        conversions=["root rotation vector -> quaternion"],
+        said=content, conversions=["root rotation vector -> quaternion"],
     )  # fmt: skip
 
 
@@ -110,8 +114,8 @@ def _aist(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> Hum
 
 
 def _joint_space(
-    raw: RawFile, dialect: str, fps: Any, pos: Any, quat: Any, order: str, dof: Any, options: ReadOptions,
-    conversions: Sequence[str] = (),
+    raw: RawFile, dialect: str, fps: Any, pos: Any, quat: Any, order: str, dof: Any, options: ReadOptions, *,
+    said: Mapping[str, Any], conversions: Sequence[str] = (),
 ) -> RobotClip:  # fmt: skip
     if fps is None and options.fps is None:
         raise raw.no_fps()
@@ -123,8 +127,16 @@ def _joint_space(
     joints = _numbers(raw, "joint angles", dof)
     root_pos, root_quat = _numbers(raw, "root position", pos), _numbers(raw, "root rotation", quat)
     _check_root(raw, root_pos, root_quat, joints)
-    robot, names, finding = choose_layout(raw, joints.shape[1], options)
-    names, column_order = joint_order(raw, robot, names, root_pos, root_quat, joints, options)
+    written = _words(said, _JOINT_NAMES)
+    if written:
+        robot, names, orders = _by_name(raw, written, joints.shape[1], options)
+    else:
+        robot, names, finding = choose_layout(raw, joints.shape[1], options)
+        names, column_order = joint_order(raw, robot, names, root_pos, root_quat, joints, options)
+        orders = [finding, column_order]
+    bodies, places = _words(said, _BODY_NAMES), said.get("local_body_pos")
+    if bodies and places is not None:
+        orders.append(_checked_bodies(raw, robot, names, joints, bodies, places))
     return robot_clip(
         raw,
         dialect=dialect,
@@ -138,11 +150,48 @@ def _joint_space(
         options=options,
         findings=[
             Finding(what="fps", value=f"{rate:.6g}", why=why, confidence="stated", option="fps"),
-            finding,
-            column_order,
+            *orders,
         ],
         conversions=conversions,
     )
+
+
+def _by_name(
+    raw: RawFile, written: list[str], count: int, options: ReadOptions
+) -> tuple[str, tuple[str, ...], list[Finding]]:
+    """Robot and joint names of a file that names its columns."""
+    if len(written) != count:
+        raise ClipError(
+            f"{raw.name}, names of joints", found=f"{len(written)} names for {count} columns", expected="one for each"
+        )
+    robot, names = joints_by_name(raw, written, options)
+    order = Finding(what="joint order", value="by name", why="the file names its joints", confidence="stated")
+    return robot, names, [order]
+
+
+def _checked_bodies(
+    raw: RawFile, robot: str, names: Sequence[str], joints: ndarray, bodies: list[str], places: Any
+) -> Finding:
+    """GMR's `local_body_pos`: origins of the bodies in the pelvis' frame."""
+    try:
+        array = np.asarray(places, dtype=float)
+    except (TypeError, ValueError) as e:
+        raise ClipError(f"{raw.name}, local_body_pos", found=f"no numbers ({e})", expected="places of bodies") from e
+    if array.shape != (len(joints), len(bodies), 3):
+        raise ClipError(
+            f"{raw.name}, local_body_pos", found=f"shape {array.shape} for {len(joints)} frames and {len(bodies)} names",
+            expected="one place for each",
+        )  # fmt: skip
+    return check_against_bodies(raw, load_robot(robot), names, joints, bodies, array)
+
+
+def _words(said: Mapping[str, Any], keys: tuple[str, ...]) -> list[str]:
+    """The names under the first of some keys that holds any."""
+    for key in keys:
+        value = said.get(key)
+        if isinstance(value, Sequence | np.ndarray) and len(value) and all(isinstance(v, str) for v in value):
+            return [str(v) for v in value]
+    return []
 
 
 def _check_root(raw: RawFile, pos: ndarray, quat: ndarray, joints: ndarray) -> None:

@@ -13,11 +13,10 @@ from numpy import ndarray
 
 from clips.clip import RobotClip
 from clips.errors import ClipError
-from clips.identify import choose_layout, joint_order, robot_clip
+from clips.identify import choose_layout, joint_order, joints_by_name, robot_clip
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import table
 from clips.readers.table import Table
-from robot_models import RobotModel, installed, load_robot, robot_names
 from robot_models.maths import rotation as rot
 
 _DOF = re.compile(r"^dof_(.+?)(?:\(rad\))?$|^(.+?)_dof$")
@@ -82,7 +81,7 @@ def _with_header(raw: RawFile, data: Table, fps: float, options: ReadOptions, fi
     columns = [(c, m.group(1) or m.group(2)) for c in data.columns if (m := _DOF.match(c))]
     if any(c.startswith("root_translate") for c in data.columns):
         return _seed(raw, data, fps, options, findings, columns)
-    robot, joints = _match_joints(raw, [n for _, n in columns], options)
+    robot, joints = joints_by_name(raw, [n for _, n in columns], options)
     if all(n in data.columns for n in ("root_rot_w", "root_rot_x", "root_rot_y", "root_rot_z")):
         position = [c for axis in "xyz" for c in data.columns if re.fullmatch(rf"root_pos_{axis}(\(m\))?", c)]
         rotation, order, dialect = [f"root_rot_{a}" for a in "wxyz"], "wxyz", "robot CSV with named root columns"
@@ -115,7 +114,7 @@ def _seed(
     raw: RawFile, data: Table, fps: float, options: ReadOptions, findings: list[Finding], columns: list[tuple[str, str]]
 ) -> RobotClip:
     """SEED / SONIC: cm, degrees, extrinsic x-y-z Euler angles."""
-    robot, joints = _match_joints(raw, [n for _, n in columns], options)
+    robot, joints = joints_by_name(raw, [n for _, n in columns], options)
     degrees = _columns(data, [f"root_rotate{a}" for a in "XYZ"])
     # Extrinsic x, y, z is intrinsic z, y, x read backwards.
     quat = rot.from_euler(np.radians(degrees[:, ::-1]), "ZYX")
@@ -141,36 +140,3 @@ def _columns(data: Table, names: Sequence[str]) -> ndarray:
     if missing:
         raise ClipError(f"{data.raw.name}, header", found=f"no column {', '.join(missing)}", expected="all of them")
     return np.stack([data.column(n) for n in names], axis=1)
-
-
-def _joint_written_as(name: str, robot: RobotModel) -> str:
-    """The joint that a header names as itself, as the link that it moves, or without its ending; "" where none is."""
-    if name in robot.joint_names:
-        return name
-    links = dict(zip(robot.body_names[1:], robot.joint_names, strict=True))
-    ended = f"{name}_joint"
-    return links.get(name) or links.get(f"{name}_link") or (ended if ended in robot.joint_names else "")
-
-
-def _match_joints(raw: RawFile, written: list[str], options: ReadOptions) -> tuple[str, list[str]]:
-    """The robot whose joints are written in the header: as joints, or as the links that they move."""
-    tried = []
-    for name in [options.source_robot] if options.source_robot else [n for n in robot_names() if installed(n)]:
-        robot = load_robot(name)
-        joints = [_joint_written_as(w, robot) for w in written]
-        unknown = [w for w, j in zip(written, joints, strict=True) if not j]
-        if not unknown:
-            missing = [j for j in robot.joint_names if j not in joints]
-            if len(missing) <= 0.3 * len(robot.joint_names):
-                return name, joints
-            unknown = [f"(absent) {m}" for m in missing]
-        tried.append((len(unknown), name, unknown))
-    _, name, unknown = min(tried)
-    raise ClipError(
-        f"{raw.name}, header",
-        found=f"joint columns that fit no robot; {name} comes nearest, without {', '.join(unknown[:6])}",
-        expected="the joints or links of one robot",
-        cure="name the robot, or correct the columns",
-        option="source_robot",
-        suggestion=name,
-    )

@@ -19,7 +19,7 @@ from tracking import Measurement, TaskConfig, TrackingError, TrackingTask, evalu
 from tracking.policy.bundle import SHIPPED
 from tracking.policy.gains import with_gains
 from tracking.policy.policy_export import write_beyondmimic, write_unitree
-from tracking.policy.readers.policy_import import read_beyondmimic, read_unitree
+from tracking.policy.readers import read_beyondmimic, read_unitree
 
 
 @pytest.fixture(scope="module")
@@ -245,6 +245,51 @@ def test_metadata_that_do_not_fit_are_refused_by_name(tmp_path, g1, reference, c
     with pytest.raises(Exception, match=said) as caught:
         read_beyondmimic(tmp_path / "p.onnx", g1)
     assert type(caught.value).__name__ in ("TrackingError", "RobotError")
+
+
+SIDES = {"left": "right", "right": "left"}
+
+
+def other_side(names, only=""):
+    return ["_".join(SIDES.get(w, w) for w in n.split("_")) if only in n else n for n in names]
+
+
+@pytest.mark.parametrize(
+    ("told", "fits"),
+    [
+        ("joints in MuJoCo's order", "joint names in Isaac's breadth-first order"),
+        ("joints with their sides exchanged", "joint names with left and right exchanged"),
+        ("bodies with their sides exchanged", "body names with left and right exchanged"),
+        ("arms of the bodies exchanged", ""),
+        ("arms of the joints exchanged", ""),
+        ("hips rolled by one", ""),
+    ],
+)
+def test_names_that_the_motion_inside_contradicts_are_refused_with_the_order_that_fits(
+    tmp_path, g1, reference, told, fits
+):
+    joints = [g1.joint_names[i] for i in isaac_order(g1)]
+    bodies = list(g1.profile.tracked)
+    hips = [n for n in joints if n.startswith("left_hip")]
+    changes = {
+        "joints in MuJoCo's order": {"joint_names": ",".join(g1.joint_names)},
+        "joints with their sides exchanged": {"joint_names": ",".join(other_side(joints))},
+        "bodies with their sides exchanged": {"body_names": ",".join(other_side(bodies))},
+        "arms of the bodies exchanged": {"body_names": ",".join(other_side(bodies, "shoulder"))},
+        "arms of the joints exchanged": {"joint_names": ",".join(other_side(joints, "elbow"))},
+        "hips rolled by one": {
+            "joint_names": ",".join(dict(zip(hips, hips[1:] + hips[:1], strict=True)).get(n, n) for n in joints)
+        },
+    }[told]
+    beyondmimic(tmp_path / "p.onnx", g1, reference, **changes)
+    with pytest.raises(TrackingError, match=f"away from where it says they are.*{fits}"):
+        read_beyondmimic(tmp_path / "p.onnx", g1)
+
+
+def test_an_anchor_that_is_not_named_is_told(tmp_path, g1, reference):
+    beyondmimic(tmp_path / "p.onnx", g1, reference, anchor_body_name=None)
+    runner, _ = read_beyondmimic(tmp_path / "p.onnx", g1)
+    assert "names no anchor_body_name; torso_link is assumed" in runner.contract.source
 
 
 def unitree(folder, robot, joints=None, **changes):

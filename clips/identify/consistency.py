@@ -1,0 +1,135 @@
+"""A file held against itself, where it says one thing twice: names and places, velocities and differences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.config import IDENTIFY
+from clips.errors import ClipError
+from clips.identify.joint_layout import breadth_first
+from clips.provenance import Finding, RawFile
+from robot_models import RobotModel, forward_kinematics
+from robot_models.maths import rotation as rot
+
+MOST_MISFIT = IDENTIFY.bodies_fit  # of bodies and joints that are named rightly [m]
+
+
+def misfit(
+    robot: RobotModel,
+    joints: Sequence[str],
+    joint_pos: Float[ndarray, "T J"],
+    bodies: Sequence[str],
+    places: Float[ndarray, "T B 3"],
+) -> float:
+    """How far the bodies that a file states are from those that its joint angles give [m], worst of some frames.
+
+    Args:
+        robot: whose joints and bodies they are.
+        joints: names of the columns of `joint_pos`; others rest.
+        joint_pos: [rad].
+        bodies: names of the columns of `places`; those that the robot does not have say nothing.
+        places: of the bodies' origins in the root body's frame [m].
+    """
+    frames = np.unique(np.linspace(0, len(joint_pos) - 1, IDENTIFY.bodies_frames).astype(int))
+    known = [(column, robot.body(name)) for column, name in enumerate(bodies) if name in robot.body_names]
+    if not known:
+        return 0.0
+    qpos = np.tile(robot.zero_qpos, (len(frames), 1))
+    qpos[:, 7:] = robot.default_joint_pos
+    qpos[:, [7 + robot.joint(name) for name in joints]] = joint_pos[frames]
+    pos, quat = forward_kinematics(robot, qpos)
+    local = rot.rotate(np.broadcast_to(rot.conjugate(quat[:, :1]), quat.shape), pos - pos[:, :1])
+    columns, ids = zip(*known, strict=True)
+    return float(np.linalg.norm(local[:, list(ids)] - places[frames][:, list(columns)], axis=-1).max())
+
+
+def order_that_fits(
+    robot: RobotModel,
+    joints: Sequence[str],
+    joint_pos: Float[ndarray, "T J"],
+    bodies: Sequence[str],
+    places: Float[ndarray, "T B 3"],
+) -> str:
+    """Which other order of the names would fit the numbers, in words; "" where none of the customary ones does."""
+    for order, other in _orders(robot, "joint", joints).items():
+        if misfit(robot, other, joint_pos, bodies, places) < IDENTIFY.bodies_fit:
+            return f"joint names {order}"
+    for order, other in _orders(robot, "body", bodies).items():
+        if misfit(robot, joints, joint_pos, other, places) < IDENTIFY.bodies_fit:
+            return f"body names {order}"
+    return ""
+
+
+def check_against_bodies(
+    raw: RawFile,
+    robot: RobotModel,
+    joints: Sequence[str],
+    joint_pos: Float[ndarray, "T J"],
+    bodies: Sequence[str],
+    places: Float[ndarray, "T B 3"],
+) -> Finding:
+    """That the joints of a file are named as its bodies show them.
+
+    Raises:
+        ClipError: forward kinematics of its joints gives other bodies than it states.
+    """
+    off = misfit(robot, joints, joint_pos, bodies, places)
+    fits = order_that_fits(robot, joints, joint_pos, bodies, places) if off > IDENTIFY.bodies_fit else ""
+    if fits or off > IDENTIFY.bodies_off:
+        raise ClipError(
+            raw.name, found=f"joint angles that put its own bodies {off:.2f} m away from where it says they are",
+            expected="names in the order of the numbers",
+            cure=f"they fit with {fits}: correct the names" if fits else "correct the names; or is it another robot's file?",
+        )  # fmt: skip
+    why = f"forward kinematics gives its own bodies to {1000 * off:.2g} mm"
+    sure = off <= IDENTIFY.bodies_fit
+    why += "" if sure else ": another version of the robot's model, it seems"
+    return Finding(
+        what="joint names", value="as its bodies show", why=why, confidence="measured" if sure else "assumed"
+    )
+
+
+def check_against_velocities(
+    raw: RawFile, joint_pos: Float[ndarray, "T J"], joint_vel: Float[ndarray, "T J"], fps: float
+) -> Finding | None:
+    """That the rate of a file is the one by which its velocities follow from its positions; None where nothing moves.
+
+    Raises:
+        ClipError: they follow at another rate.
+    """
+    if joint_vel.shape != joint_pos.shape or len(joint_pos) < 3:
+        return None
+    change = 0.5 * (joint_pos[2:] - joint_pos[:-2]) * fps
+    moving = np.abs(change) > IDENTIFY.moving
+    if moving.sum() < IDENTIFY.probe_frames:
+        return None
+    ratio = float(np.median(joint_vel[1:-1][moving] / change[moving]))
+    if abs(np.log(max(ratio, 1e-9))) > np.log(IDENTIFY.rates_fit):
+        raise ClipError(
+            raw.name, found=f"joint velocities {ratio:.2f} times those of its positions at {fps:.6g} frames per second",
+            expected=f"one rate for both: {fps * ratio:.4g} fits", cure="state the rate", option="fps",
+            suggestion=f"{fps * ratio:.4g}",
+        )  # fmt: skip
+    why = f"joint velocities are {ratio:.3f} times the differences of the positions"
+    return Finding(what="rate", value="as its velocities show", why=why, confidence="measured")
+
+
+def _orders(robot: RobotModel, what: str, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Customary orders of the same names."""
+    swap = {"left": "right", "right": "left"}
+    other_side = tuple("_".join(swap.get(word, word) for word in name.split("_")) for name in names)
+    depth = robot.joint_names if what == "joint" else robot.body_names
+    breadth = breadth_first(robot)
+    if what == "body":
+        moved = dict(zip(robot.joint_names, robot.body_names[1:], strict=True))
+        breadth = (robot.body_names[0], *(moved[joint] for joint in breadth))
+    found = {
+        "with left and right exchanged": other_side,
+        "in MuJoCo's depth-first order": tuple(n for n in depth if n in names),
+        "in Isaac's breadth-first order": tuple(n for n in breadth if n in names),
+    }
+    return {order: other for order, other in found.items() if sorted(other) == sorted(names)}
