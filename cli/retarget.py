@@ -12,7 +12,7 @@ from cli.progress import progress
 from cli.report_table import print_report
 from cli.retarget_arguments import Arguments, check_one
 from cli.terminal import BELOW_GATE, DONE, command
-from clips import Clip, RobotClip, at_speed, cut, mirror, read_clip, repair, save_reference
+from clips import Clip, at_speed, cut, read_clip, repair, save_reference
 from retarget import (
     Retargeted,
     Transition,
@@ -25,7 +25,7 @@ from retarget import (
     retarget_sequence,
     write_contacts,
 )
-from retarget.targets import as_figure
+from retarget.targets import mirrored
 from robot_models import load_robot
 
 _OFF_FLIGHT = 0.03  # of a flight's rise from gravity's that is worth a line [m]
@@ -89,9 +89,7 @@ def _tell_conventions(console: Console, path: Path, clip: Clip) -> None:
 def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Clip:
     clip = repair(cut(read_clip(path, args.file.reading()), start, end), strict=args.file.strict)
     clip = at_speed(clip, args.speed)
-    if not args.mirror:
-        return clip
-    return mirror(as_figure(clip) if isinstance(clip, RobotClip) else clip)
+    return mirrored(clip) if args.mirror else clip
 
 
 def _summary(console: Console, result: Retargeted, written: list[Path], rate: float) -> int:

@@ -6,12 +6,17 @@ from robot_models.errors import DanceError, RobotError, import_or_refuse
 from robot_models.geometry import body_geoms, lowest_point, self_collision_depth
 from robot_models.jacobians import Kinematics, ancestors, forces, integrate, kinematics, moved
 from robot_models.kinematics import (
+    AXIAL,
+    POLAR,
     BodyStates,
+    Reflection,
     body_states,
     forward_kinematics,
     heel_toe_positions,
     joint_axes,
     leg_length,
+    other_side,
+    reflected_joints,
     sole_corners,
 )
 from robot_models.model import CONTACT_NAMES, RobotModel
@@ -21,15 +26,18 @@ from robot_models.version import __version__
 from robot_models.visual import Part, visual_parts
 
 __all__ = [
+    "AXIAL",
     "BODY_BIT",
     "CONTACT_NAMES",
     "DEFAULT_ROBOT",
     "FEET",
     "LANDMARKS",
+    "POLAR",
     "BodyStates",
     "DanceError",
     "Kinematics",
     "Part",
+    "Reflection",
     "RobotError",
     "RobotModel",
     "RobotProfile",
@@ -52,10 +60,12 @@ __all__ = [
     "load_robot",
     "lowest_point",
     "moved",
+    "other_side",
     "pinocchio_model",
     "pinocchio_q",
     "pinocchio_v",
     "read_profile",
+    "reflected_joints",
     "robot_names",
     "self_collision_depth",
     "sole_corners",

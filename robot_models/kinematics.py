@@ -1,19 +1,28 @@
-"""Forward kinematics of whole clips, or of many environments, at once: level by level down the tree."""
+"""Forward kinematics of whole clips, or of many environments, at once: level by level down the tree; and the mirror image.
+
+The mirror is the plane that the robot's x and z axes span: places and velocities change the sign of y, turns and angular
+velocities the signs of x and z, and left and right change places.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models.maths import Array
 from robot_models.maths import rotation as rot
 from robot_models.model import RobotModel
 from robot_models.profile import FEET
+
+POLAR, AXIAL = np.array((1.0, -1.0, 1.0)), np.array((-1.0, 1.0, -1.0))
+"""What the mirror multiplies places and velocities by, and turns and angular velocities."""
+_CLOSE = 1e-3  # how far axes and places [m] of the two sides may differ
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -156,3 +165,38 @@ def leg_length(robot: RobotModel) -> float:
     pos, _ = forward_kinematics(robot, robot.zero_qpos[None])
     legs = [pos[0, [robot.landmark(f"{side}_{part}") for part in ("hip", "knee", "foot")]] for side in FEET]
     return float(np.mean([np.linalg.norm(np.diff(leg, axis=0), axis=-1).sum() for leg in legs]))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reflection:
+    """What numbers are in the mirror: `sign * numbers[..., order]`."""
+
+    order: Int[ndarray, "K"]
+    sign: Float[ndarray, "K"]
+
+    def of(self, numbers: Float[ndarray, "... K"]) -> Float[ndarray, "... K"]:
+        """The numbers of the mirror image."""
+        return np.asarray(self.sign * numbers[..., self.order])
+
+
+def reflected_joints(robot: RobotModel) -> Reflection | None:
+    """The joint angles of a robot's mirror image; None where its two sides are not alike."""
+    pos, _, axes, _ = joint_axes(robot, robot.zero_qpos[None])
+    bodies, joints = (other_side(names) for names in (robot.body_names, robot.joint_names))
+    if bodies is None or joints is None:
+        return None
+    turned = np.einsum("ji,ji->j", axes[0, joints], AXIAL * axes[0])
+    sign, rest = np.sign(turned), robot.default_joint_pos
+    differences = (np.abs(turned) - 1.0, pos[0, bodies] - POLAR * pos[0], sign * rest[joints] - rest)
+    if max(np.abs(d).max() for d in differences) > _CLOSE:
+        return None
+    return Reflection(order=joints, sign=sign)
+
+
+def other_side(names: Sequence[str]) -> Int[ndarray, "K"] | None:
+    """Where each name's counterpart stands; names without a side are their own. None where one has no counterpart."""
+    swap = {"left": "right", "right": "left"}
+    others = ["_".join(swap.get(word, word) for word in name.split("_")) for name in names]
+    if not set(others) <= set(names):
+        return None
+    return np.array([list(names).index(other) for other in others])

@@ -13,7 +13,7 @@ from retarget.targets.edits import (
 )
 from retarget.targets.feet import FootTargets, contact_share, smoothstep
 from retarget.targets.leads import MotionWithLeads, add_leads, blend_frames, targets_of
-from retarget.targets.robot_figure import as_figure
+from retarget.targets.robot_figure import as_figure, mirrored
 from retarget.targets.targets import LIMBS, Targets, join, make_targets
 
 __all__ = [
@@ -34,6 +34,7 @@ __all__ = [
     "heel_toe_points",
     "join",
     "make_targets",
+    "mirrored",
     "pin_angles",
     "raise_jumps",
     "read_contacts",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from clips import HumanClip, RobotClip, full_qpos
-from robot_models import FEET, RobotModel, forward_kinematics, leg_length, load_robot
+from clips import Clip, HumanClip, RobotClip, full_qpos, mirror
+from robot_models import FEET, RobotModel, forward_kinematics, leg_length, load_robot, reflected_joints
 from robot_models.maths import rotation as rot
 
 _PARENTS = {
@@ -59,3 +59,10 @@ def _parent(name: str, names: list[str]) -> int:
         return -1
     above = _PARENTS.get(part, "pelvis")
     return names.index(above if above in names else f"{side}_{above}")
+
+
+def mirrored(clip: Clip) -> Clip:
+    """The mirror image of any clip; a robot that is not its own mirror image is mirrored as the figure that it makes."""
+    if isinstance(clip, RobotClip) and reflected_joints(load_robot(clip.robot)) is None:
+        return mirror(as_figure(clip))
+    return mirror(clip)

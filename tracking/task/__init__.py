@@ -12,14 +12,13 @@ from tracking.task.motion_set import (
 from tracking.task.randomisation import draw_robots
 from tracking.task.rehearsal_set import read_rehearsal_set, write_rehearsal_set
 from tracking.task.rewards import beyond_soft_limits, reward_terms
-from tracking.task.symmetry import Reflection, Symmetry, symmetry_of
+from tracking.task.symmetry import Symmetry, symmetry_of
 from tracking.task.tracking_errors import FALLS, compare
 from tracking.task.tracking_task import StepResult, TrackingTask
 
 __all__ = [
     "FALLS",
     "NamedReference",
-    "Reflection",
     "Selection",
     "StepResult",
     "Symmetry",

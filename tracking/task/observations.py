@@ -6,7 +6,7 @@ The exported policy carries the same table.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -133,10 +133,16 @@ def privileged_table(tables: ReferenceTables) -> ObservationTable:
     )
 
 
-def teacher_table(tables: ReferenceTables) -> ObservationTable:
-    """What a teacher sees beside everything that the actor sees: enough to know the robot's state without a history."""
+TEACHER_SEES_AHEAD = (1, 5)  # frames of the reference, whatever a pupil is shown
+
+
+def teacher_table(
+    robot: RobotModel, tables: ReferenceTables, to_device: Callable[[ndarray], Array]
+) -> ObservationTable:
+    """What a teacher sees: what an actor can know now, whatever the actor of the task is shown, and the robot's whole state."""
     k, ahead = len(tables.bodies), tables.in_anchor()
-    return _table(
+    known = actor_table(robot, tables, ObservationNoise(), TEACHER_SEES_AHEAD, (), to_device)
+    besides = _table(
         (row_of("root_lin_vel", 0), _root_velocity),
         (row_of("body_pos", 0, bodies=k), lambda s: _body_positions(s, tables)),
         (row_of("height_error", 0), lambda s: _height_error(s, tables)),
@@ -144,6 +150,7 @@ def teacher_table(tables: ReferenceTables) -> ObservationTable:
         (row_of("reference_anchor_vel", 0, at=1), partial(_ahead, tables, ahead.lin_vel, 1)),
         (row_of("reference_anchor_height", 0, at=1), partial(_ahead, tables, ahead.height, 1)),
     )
+    return replace(known, rows=(*known.rows, *besides.rows), computes=(*known.computes, *besides.computes))
 
 
 def _table(*terms: tuple[Row, Compute]) -> ObservationTable:

@@ -105,8 +105,8 @@ class TrackingTask:
 
     @cached_property
     def teacher(self) -> ObservationTable:
-        """What a teacher sees beside the actor's terms; made when the first one looks."""
-        return teacher_table(self.tables)
+        """What a teacher sees; made when the first one looks."""
+        return teacher_table(self.robot, self.tables, self.physics.to_device)
 
     @property
     def actions(self) -> int:
@@ -194,8 +194,7 @@ class TrackingTask:
     def observe_all(self) -> tuple[Float[Array, "N T"], Float[Array, "N 3"]]:
         """What a teacher sees of the present state, by sensors without a fault, and what its critic sees besides."""
         s = replace(self.task_state(), encoder_bias=0.0 * self.encoder_bias, imu=self._straight)
-        seen = (self.actor.values(s), self.teacher.values(s))
-        return array_namespace(seen[0]).concat(seen, axis=1), self.privileged.some(s, "anchor_position")
+        return self.teacher.values(s), self.privileged.some(s, "anchor_position")
 
     def measured(self, *, noisy: bool = True, faulty: bool = True) -> Measurement:
         """What the robots' sensors tell of the present state.

@@ -18,10 +18,10 @@ from rsl_rl.models import MLPModel
 from tensordict import TensorDict
 
 from clips import Reference
-from robot_models import RobotModel
+from robot_models import Reflection, RobotModel
 from robot_models.maths import Array
 from tracking.config import TaskConfig, TeacherConfig
-from tracking.task import Reflection, TrackingTask, symmetry_of
+from tracking.task import TrackingTask, symmetry_of
 from tracking.training import Iteration, Trainer, make_algorithm
 
 
@@ -116,7 +116,7 @@ def teacher_actions(actor: SymmetricActor, seen: Float[Array, "N T"]) -> Float[A
 def teacher_network(task: TrackingTask) -> Any:
     """What makes a teacher's actor for a task."""
     symmetry = symmetry_of(task.robot)
-    seen = symmetry.of_rows((*task.actor.rows, *task.teacher.rows)) if symmetry else None
+    seen = symmetry.of_rows(task.teacher.rows) if symmetry else None
     return partial(SymmetricActor, seen=seen, done=symmetry.joints if symmetry else None)
 
 

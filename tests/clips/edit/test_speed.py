@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from stick_person import NAMES, PARENTS, person, robot_clip
 
-from clips import ClipError, at_speed, mirror, warp_time
+from clips import ClipError, at_speed, full_qpos, mirror, warp_time
+from robot_models import forward_kinematics, load_robot, other_side
 from robot_models.maths import rotation as rot
 
 MIRROR = np.array([1.0, -1.0, 1.0])
@@ -111,3 +112,33 @@ def test_orientations_are_reflected_on_both_sides():
             for c in (clip, other)]  # fmt: skip
     np.testing.assert_allclose(seen[1], seen[0] * MIRROR, atol=1e-12)
     assert np.abs(seen[1] - seen[0]).max() > 0.01  # negative control: not the unmirrored bone
+
+
+@pytest.mark.parametrize("robot", ["dancer", "g1", "talos"])
+@pytest.mark.parametrize("part", [slice(None), slice(3, None)], ids=["all joints", "some"])
+def test_a_robots_mirror_image_has_its_bodies_on_the_other_side(robot, part):
+    """By forward kinematics: every body is where its counterpart was, reflected; and twice mirrored is as it was."""
+    model = load_robot(robot)
+    rng = np.random.default_rng(0)
+    kept = [n for n in model.joint_names if "wrist" not in n] if part.start else list(model.joint_names)
+    at = [model.joint(n) for n in kept]
+    angles = np.clip(rng.normal(0.0, 0.3, (20, len(kept))), 0.9 * model.lower[at], 0.9 * model.upper[at])
+    clip = robot_clip(
+        20, names=kept, robot=robot, joint_pos=angles, root_pos=rng.normal(size=(20, 3)),
+        root_quat=rot.normalise(rng.normal(size=(20, 4))),
+    )  # fmt: skip
+    other = mirror(clip)
+    pos, mirrored = (forward_kinematics(model, full_qpos(c, model))[0] for c in (clip, other))
+    np.testing.assert_allclose(
+        mirrored[:, other_side(model.body_names)], pos * MIRROR, atol=2e-5
+    )  # G1's model is not quite alike
+    again = mirror(other)
+    assert set(again.joint_names) == set(kept)
+    np.testing.assert_allclose(full_qpos(again, model), full_qpos(clip, model), atol=1e-12)
+
+
+def test_a_robot_that_is_no_mirror_image_of_itself_is_refused():
+    model = load_robot("jvrc1")
+    clip = robot_clip(20, names=model.joint_names, robot="jvrc1", joint_pos=np.zeros((20, len(model.joint_names))))
+    with pytest.raises(ClipError, match="whose two sides are not alike"):
+        mirror(clip)

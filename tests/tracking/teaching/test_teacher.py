@@ -34,8 +34,8 @@ def test_a_mirrored_state_is_answered_with_the_mirrored_action(trainer, rng):
     from tracking.task import symmetry_of
 
     symmetry, task = symmetry_of(trainer.task.robot), trainer.task
-    seen = rng.normal(size=(5, task.actor.size + task.teacher.size)).astype(np.float32)
-    mirror = symmetry.of_rows((*task.actor.rows, *task.teacher.rows))
+    seen = rng.normal(size=(5, task.teacher.size)).astype(np.float32)
+    mirror = symmetry.of_rows(task.teacher.rows)
     one, other = answers(trainer, seen), answers(trainer, (mirror.sign * seen[:, mirror.order]).astype(np.float32))
     assert np.abs(one).max() > 1e-3
     np.testing.assert_allclose(other, symmetry.joints.sign * one[:, symmetry.joints.order], atol=1e-5)
@@ -63,7 +63,7 @@ def test_a_saved_teacher_goes_on_where_it_stopped(trainer, dancer, groove_file, 
     again = TeacherTrainer(task, SMALL, 7)
     teacher = load_teacher(tmp_path / "teacher.pt")
     restore_teacher(again, teacher)
-    seen = np.ones((2, task.actor.size + task.teacher.size), dtype=np.float32)
+    seen = np.ones((2, task.teacher.size), dtype=np.float32)
     assert teacher.steps == 48
     np.testing.assert_array_equal(answers(again, seen), answers(trainer, seen))
     assert again.algorithm.learning_rate == pytest.approx(trainer.algorithm.optimizer.param_groups[0]["lr"])

@@ -1,0 +1,29 @@
+"""A mirrored clip is judged as its original: the reference is the mirror image, and every number of the report is the same."""
+
+import numpy as np
+import pytest
+from damage import read_shared
+
+from clips import cut, mirror, repair
+from retarget import RetargetConfig, retarget
+from robot_models import load_robot, reflected_joints
+
+CLIPS = [
+    ("csv/g1moves/J_Dance9_PeaceMaker.csv", 10.0, 16.0), ("csv/g1moves/M_ShortMove12.csv", 0.0, 5.0),
+    ("bvh/perfume_aachan.bvh", 20.0, 25.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("file, start, end", CLIPS, ids=[c[0].split("/")[-1] for c in CLIPS])
+def test_a_mirrored_clip_is_judged_as_its_original(shared, file, start, end):
+    robot = load_robot("g1")
+    clip = cut(repair(read_shared(shared, file)), start, end)
+    config = RetargetConfig()
+    results = [retarget(c, robot, config) for c in (clip, mirror(clip))]
+    one, two = (r.reference for r in results)
+    joints = reflected_joints(robot)
+    np.testing.assert_allclose(joints.of(one.joint_pos), two.joint_pos, atol=1e-3)
+    np.testing.assert_allclose(one.qpos[:, :3] * [1.0, -1.0, 1.0], two.qpos[:, :3], atol=1e-4)
+    for a, b in zip(*(r.report.metrics for r in results), strict=True):
+        assert (a.key, a.passed) == (b.key, b.passed)
+        assert a.value == pytest.approx(b.value, rel=0.02, abs=0.02)
