@@ -16,9 +16,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips.clip import HumanClip
+from clips.clip import REQUIRED, HumanClip
 from clips.errors import ClipError
-from clips.identify import human_clip
+from clips.identify import UnknownSkeletonError, human_clip
 from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
 from clips.readers.markers import joint_centres
 
@@ -31,6 +31,7 @@ _BLOCK = 512  # bytes; sections of a C3D begin at whole blocks
 _WORKER = Path(__file__).with_name("c3d_worker.py")
 _MOST_BYTES = 1 << 30  # of the worker's memory, beside twelve times the file
 _MOST_SECONDS = 120.0
+_WHOLE_BODY = 24  # markers that may hold what was not recognised: legs alone have 16 to 20
 _SUBJECT = 6  # markers that share a prefix, from which on it is a person's
 _UNLABELLED = re.compile(r"\*.*|(uname|unlabell?ed|traj)\W*\d+|", re.IGNORECASE)
 
@@ -56,6 +57,8 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
         raise ClipError(raw.name, found="no labelled marker", expected="markers with names", cure="label them first")
     seen = {name: unit * xyz for name, xyz in markers.items()}
     joints = None if options.mapping else joint_centres(seen)
+    if joints is not None:
+        _check_whole(raw, list(seen), list(joints[0]))
     points, findings = (seen, [rate]) if joints is None else (joints[0], [rate, joints[1]])
     names = list(points)
     return human_clip(
@@ -71,6 +74,19 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
         findings=findings,
         repairs=repairs,
     )
+
+
+def _check_whole(raw: RawFile, markers: list[str], found: list[str]) -> None:
+    """Refuse a marker set of which only a part of a body is known; a mapping to fill in lists the markers themselves."""
+    missing = [k for k in REQUIRED if k not in found]
+    if not missing:
+        return
+    if len(markers) >= _WHOLE_BODY:
+        raise UnknownSkeletonError(raw.name, markers, missing, {})
+    raise ClipError(
+        raw.name, found=f"{len(markers)} markers, none for {', '.join(missing)}", expected="markers of the whole body",
+        cure="export the other markers too: a part of a body cannot lead a robot",
+    )  # fmt: skip
 
 
 def _open(raw: RawFile) -> Mapping[str, ndarray]:

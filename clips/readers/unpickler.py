@@ -28,6 +28,11 @@ _MULTIARRAY = ("numpy.core.multiarray", "numpy._core.multiarray")
 _NUMERIC = ("numpy.core.numeric", "numpy._core.numeric")
 # Element types of numbers and text; a pickle may name a type in no other way.
 _TYPE = re.compile(r"[<>=|]?([?bhilqBHILQefdg]|[biufSU]\d{1,4})")
+# PHC's own pickles hold torch tensors; this makes arrays of them, where torch and joblib are.
+_WITHOUT_TENSORS = (
+    'python -c "import joblib; plain = lambda x: {{k: plain(v) for k, v in x.items()}} if isinstance(x, dict) else '
+    "x.numpy() if hasattr(x, 'numpy') else x; joblib.dump(plain(joblib.load('{file}')), 'plain.pkl')\""
+)
 _MOST_VALUES = 50_000_000  # outside of arrays: lists of lists of an hour of a robot
 _PART = 1 << 20  # bytes unpacked at a time
 
@@ -100,10 +105,12 @@ def _plain_unpickler(raw: RawFile) -> Any:
         def find_class(self, module: str, name: str) -> Any:
             if (module, name) in rebuilders:
                 return rebuilders[module, name]
+            tensors = module.split(".")[0] == "torch"
             raise ClipError(
                 raw.name, found=f"a pickle that wants to call {module}.{name}",
                 expected="numpy arrays and plain containers",
-                cure="do not open it elsewhere unless you trust whoever made it",
+                cure="do not open it elsewhere unless you trust whoever made it"
+                + (f"; if you do: {_WITHOUT_TENSORS.format(file=raw.name)}" if tensors else ""),
             )  # fmt: skip
 
         def load_build(self) -> None:

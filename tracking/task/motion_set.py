@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 
 from clips import MetricKey, Reference, check_reference_against, load_reference
-from robot_models import DanceError, RobotModel, load_robot
+from robot_models import DanceError, RobotError, RobotModel, load_robot
 from tracking.config import CheckConfig
 from tracking.errors import TrackingError
 
@@ -102,7 +102,9 @@ def select_references(paths: Sequence[Path], robot: str | None = None, *, below_
     """
     files = [f for path in paths for f in (sorted(path.glob("*.npz")) if path.is_dir() else [path])]
     pieces = {file: _read_if_reference(file, named=file in paths) for file in files}
-    model = load_robot(robot or _one_robot(paths, [p for p in pieces.values() if p is not None]))
+    model = _load(
+        robot or _one_robot(paths, [p for p in pieces.values() if p is not None]), paths, stated=robot is not None
+    )
     kept, left_out = [], []
     for file, piece in pieces.items():
         why = _why_not(piece, model, named=file in paths, below_gates=below_gates)
@@ -117,6 +119,19 @@ def select_references(paths: Sequence[Path], robot: str | None = None, *, below_
         )  # fmt: skip
     check_motion_set(kept, model)
     return Selection(robot=model, pieces=tuple(kept), left_out=tuple(left_out))
+
+
+def _load(robot: str, paths: Sequence[Path], *, stated: bool) -> RobotModel:
+    """The references' robot; where it is nobody's and was not stated, the way to state it."""
+    try:
+        return load_robot(robot)
+    except RobotError as e:
+        if stated:
+            raise
+        raise TrackingError(
+            str(paths[0]), found=f"a reference of '{robot}', which is no built-in robot", expected="its profile (.toml)",
+            cure="say where it lies", option="robot", suggestion=f"{robot}.toml",
+        ) from e  # fmt: skip
 
 
 def _one_robot(paths: Sequence[Path], pieces: Sequence[NamedReference]) -> str:

@@ -6,6 +6,7 @@ import pytest
 ezc3d = pytest.importorskip("ezc3d")
 
 from clips import ClipError, ReadOptions, read_clip, repair
+from clips.identify import UnknownSkeletonError
 
 # Someone who stands facing +x, arms out: metres, z up. Outer and inner markers lie 40 mm off each joint.
 STANDING = {
@@ -173,3 +174,22 @@ def test_a_lost_toe_costs_the_toe_and_not_the_clip(tmp_path):
     clip = read_clip(write(tmp_path / "toe.c3d", markers))
     assert clip.frames == FRAMES and "left_toe" not in clip.landmarks and "right_toe" in clip.landmarks
     assert any("left_toe" in r.what for r in clip.source.repairs)
+
+
+def test_legs_alone_lead_no_robot_and_no_mapping_is_drafted_for_them(tmp_path):
+    legs = {n: m for n, m in standing().items() if n[1:] not in ("SHO", "ELB", "WRA", "WRB")}
+    with pytest.raises(ClipError, match="markers, none for left_shoulder.*export the other markers") as refused:
+        read_clip(write(tmp_path / "legs.c3d", legs))
+    assert refused.value.option == ""
+
+
+def test_a_mapping_for_markers_that_nobody_knows_lists_the_markers(tmp_path):
+    """Arms under names of their own: the draft offers the file's labels, not the joints that were computed."""
+    markers = standing()
+    odd = {n: m for n, m in markers.items() if n[1:] not in ("SHO", "ELB", "WRA", "WRB")}
+    odd |= {
+        f"{n[0]}odd{n[1:]}{k}": markers[n] for n in markers if n[1:] in ("SHO", "ELB", "WRA", "WRB") for k in range(2)
+    }
+    with pytest.raises(UnknownSkeletonError) as refused:
+        read_clip(write(tmp_path / "odd.c3d", odd))
+    assert '#   "LoddSHO0"' in refused.value.draft and '#   "LASI"' in refused.value.draft

@@ -151,3 +151,16 @@ def test_the_command_leaves_out_what_missed_a_gate_in_a_folder_and_refuses_it_by
     assert (tmp_path / "run" / "reference.npz").exists()
     assert main(["--ref", str(folder / "bad.npz"), str(files[0]), *budget]) == 2
     assert "bad.npz" in capsys.readouterr().err
+
+
+def test_a_reference_of_a_users_robot_asks_for_its_profile(tmp_path, groove):
+    from dataclasses import replace
+
+    from clips import save_reference
+    from tracking import TrackingError
+    from tracking.task import select_references
+
+    save_reference(replace(groove.reference, robot="my_biped"), tmp_path / "mine.npz")
+    with pytest.raises(TrackingError, match="'my_biped', which is no built-in robot") as refused:
+        select_references([tmp_path / "mine.npz"])
+    assert (refused.value.option, refused.value.suggestion) == ("robot", "my_biped.toml")
