@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
 from cli.options import ClipPath, FileOptions
 from cli.terminal import DONE, command, flag
 from clips import OPTIONAL, REQUIRED, Clip, ClipError, HumanClip, read_clip, repair
+from clips.checks import CHECKS
 
+_STYLES = {"holds": "", "doubtful": "yellow", "refused": "red", "cannot tell": "dim"}
 _ANY_RATE = 1.0  # stands in while a file without a rate is described; no number that depends on it is printed
 
 
@@ -64,9 +68,23 @@ def run(args: Arguments) -> int:
         tell("converted", note, "")
     for mended in clip.source.repairs:
         tell("repaired", str(mended), "--strict refuses it")
+    if not no_rate:
+        _print_checks(console, clip)
     if trouble:
         tell("cannot be used", trouble, "")
     return DONE
+
+
+def _print_checks(console: Console, clip: Clip) -> None:
+    """What the recording was asked: whether it is a person moving, or a robot."""
+    table = Table(
+        "check", "measured", "a person shows", "verdict", "where", box=None, pad_edge=False, header_style="bold"
+    )
+    for question in CHECKS:
+        check = question(clip)
+        cells = (check.what, check.value, check.limit, check.verdict, check.where)
+        table.add_row(*map(escape, cells), style=_STYLES[check.verdict])
+    console.print(table)
 
 
 def _mended(clip: Clip, strict: bool) -> tuple[Clip, str]:

@@ -54,8 +54,29 @@ class SidesConfig:
     much_less: float = 0.5  # of a change of length: exchanged, it must be so much smaller
     least_spread: float = 0.05  # of a bone's length over a clip that wants explaining
     most: float = 0.5  # of the frames that may be exchanged, beyond which nobody knows which side is right
-    against: float = 0.3  # cosine of hips and shoulders, below minus which one of them is exchanged
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyConfig:
+    """What the points of a body do."""
+
+    bone_changes: float = 0.1  # of a bone's length, that markers on skin may show
+    no_bone: float = 0.3  # of a bone's length, that no skin moves by
+    no_body: float = 0.3  # share of frames in which a bone may do that, as feet of two centimetres of noise do
+    against: float = 0.3  # cosine of hips and shoulders, below minus which they face against each other
     behind: float = 0.02  # knees and toes behind the hips' front [m]
+    turned_away: float = 0.05  # share of frames in which they may
+
+
+@dataclass(frozen=True, kw_only=True)
+class GravityConfig:
+    """What a flight is, and how it falls."""
+
+    high: float = 0.06  # of both feet over their own floor [m]
+    upright: float = 0.8  # height of the pelvis over the floor, of the leg's length
+    least_s: float = 0.15  # of a flight [s]
+    some: float = 2.0  # acceleration from which on another frame rate may explain it [m/s2]
+    falls: tuple[float, float] = (6.0, 15.0)  # the trunk's acceleration [m/s2]; limbs that swing take and give some
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,4 +145,4 @@ class IdentifyConfig:
 
 
 REPAIR, SIDES, FLOOR, LEAN = RepairConfig(), SidesConfig(), FloorConfig(), LeanConfig()
-TRAVEL, IDENTIFY = TravelConfig(), IdentifyConfig()
+BODY, GRAVITY, TRAVEL, IDENTIFY = BodyConfig(), GravityConfig(), TravelConfig(), IdentifyConfig()

@@ -2,13 +2,28 @@
 
 from collections.abc import Callable
 
+from clips.checks.body import check_bones, check_facing, knees_ahead
 from clips.checks.check import Check
 from clips.checks.floor_plane import FloorPlane, check_floor, fit_floor
 from clips.checks.foot_points import FootPoints, foot_points
+from clips.checks.gravity import check_gravity
 from clips.checks.travel import check_travel
 from clips.clip import Clip
 
-CHECKS: tuple[Callable[[Clip], Check], ...] = (check_travel, check_floor)
+CHECKS: tuple[Callable[[Clip], Check], ...] = (check_bones, check_facing, check_travel, check_floor, check_gravity)
 """What is asked of every clip, after it was mended."""
 
-__all__ = ["CHECKS", "Check", "FloorPlane", "FootPoints", "check_floor", "check_travel", "fit_floor", "foot_points"]
+__all__ = [
+    "CHECKS",
+    "Check",
+    "FloorPlane",
+    "FootPoints",
+    "check_bones",
+    "check_facing",
+    "check_floor",
+    "check_gravity",
+    "check_travel",
+    "fit_floor",
+    "foot_points",
+    "knees_ahead",
+]

@@ -4,7 +4,7 @@ from clips.edit.align import placed, recentre
 from clips.edit.gaps import without_gaps
 from clips.edit.repair import repair
 from clips.edit.resample import cut, new_times, resample, sample
-from clips.edit.sides import exchanged_everywhere, knees_ahead
+from clips.edit.sides import exchanged_everywhere
 from clips.edit.speed import at_speed, mirror, warp_time
 from clips.edit.travel import travel_from_feet, travel_scaled
 
@@ -12,7 +12,6 @@ __all__ = [
     "at_speed",
     "cut",
     "exchanged_everywhere",
-    "knees_ahead",
     "mirror",
     "new_times",
     "placed",

@@ -9,8 +9,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
+from clips.checks import knees_ahead
 from clips.clip import Clip, HumanClip, RobotClip
-from clips.config import SIDES
+from clips.config import BODY, SIDES
 from clips.provenance import Repair
 from robot_models.maths import intervals_of
 from robot_models.maths import rotation as rot
@@ -47,7 +48,7 @@ def exchanged_everywhere(clip: HumanClip) -> list[str]:
     """
     found = []
     across = np.median(np.sum(_axis(clip, "hip") * _axis(clip, "shoulder"), axis=1))
-    if across < -SIDES.against:
+    if across < -BODY.against:
         legs = float(np.median(knees_ahead(clip))) < 0.0
         found = [p for p, _ in _PAIRS if p in (_LEG if legs else _ARM) and f"left_{p}" in clip.landmarks]
         for part in found:
@@ -57,7 +58,7 @@ def exchanged_everywhere(clip: HumanClip) -> list[str]:
             lengths = [_lengths(clip, part, above, swap) for swap in (False, True)]
             as_is, other = map(_spread, lengths)
             shorter = np.median(lengths[1]) < np.median(lengths[0])  # bones across the body are longer
-            crosswise = np.median(np.sum(_axis(clip, part) * _axis(clip, above), axis=1)) < -SIDES.against
+            crosswise = np.median(np.sum(_axis(clip, part) * _axis(clip, above), axis=1)) < -BODY.against
             if crosswise or (shorter and as_is > SIDES.least_spread and other < SIDES.much_less * as_is):
                 found.append(part)
                 clip = _mended(clip, part, np.ones(clip.frames, dtype=bool))
@@ -113,28 +114,12 @@ def _spread(lengths: Float[ndarray, "T 2"]) -> float:
 def _facing_vote(clip: HumanClip, part: str) -> Float[ndarray, "T"]:
     """Above 0 where hips or shoulders face against knees and toes, and against each other."""
     if part == "shoulder":
-        return np.asarray(-np.sum(_axis(clip, "hip") * _axis(clip, "shoulder"), axis=1) - SIDES.against)
-    return np.asarray(np.minimum(-knees_ahead(clip) - SIDES.behind, 1.0))
+        return np.asarray(-np.sum(_axis(clip, "hip") * _axis(clip, "shoulder"), axis=1) - BODY.against)
+    return np.asarray(np.minimum(-knees_ahead(clip) - BODY.behind, 1.0))
 
 
 def _axis(clip: HumanClip, part: str) -> Float[ndarray, "T 3"]:
     return rot.unit(clip.point(f"left_{part}") - clip.point(f"right_{part}"))
-
-
-def knees_ahead(clip: HumanClip) -> Float[ndarray, "T"]:
-    """How far knees and toes lie ahead of the hips' own front [m], on the mean of what the clip has."""
-    left = rot.unit(clip.point("left_hip") - clip.point("right_hip"))
-    up = rot.unit(
-        clip.point("left_shoulder") + clip.point("right_shoulder") - clip.point("left_hip") - clip.point("right_hip")
-    )
-    front = rot.unit(np.cross(left, up))
-    votes = []
-    for side in ("left", "right"):
-        hip, knee, ankle = (clip.point(f"{side}_{p}") for p in ("hip", "knee", "ankle"))
-        votes.append(np.sum(front * (knee - 0.5 * (hip + ankle)), axis=1))
-        if f"{side}_toe" in clip.landmarks:
-            votes.append(np.sum(front * (clip.point(f"{side}_toe") - ankle), axis=1))
-    return np.asarray(np.mean(votes, axis=0))
 
 
 def _mended(clip: HumanClip, part: str, frames: Bool[ndarray, "T"]) -> HumanClip:

@@ -10,9 +10,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from clips.checks import knees_ahead
 from clips.clip import REQUIRED, HumanClip
 from clips.config import IDENTIFY
-from clips.edit import exchanged_everywhere, knees_ahead, without_gaps
+from clips.edit import exchanged_everywhere, without_gaps
 from clips.errors import ClipError
 from clips.identify.landmark_geometry import estimate_landmarks, off_bones_deg, without_extra_bones
 from clips.identify.landmark_names import find_landmarks, find_unit, leg_lengths, stature

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import SAMPLES
+from damage import tilted
 
 from clips import ClipError, read_clip, repair, save_reference
 from clips.edit import resample
@@ -138,9 +139,7 @@ def test_a_floor_that_drifts_and_leans_is_levelled(dance):
 
 
 def test_a_floor_that_leans_like_a_roof_is_left_alone(dance):
-    positions = dance.positions.copy()
-    positions[..., 2] += 1.5 * positions[..., 0]
-    clip = damaged(dance, positions=positions)
+    clip = tilted(dance, 50.0, 30.0)
     assert repair(clip) is clip
 
 
