@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from clips.config import IDENTIFY
 from clips.errors import ClipError
 from clips.provenance import Provenance
 from robot_models import RobotModel
@@ -54,6 +55,11 @@ class HumanClip:
     def frames(self) -> int:
         """Number of frames T."""
         return len(self.positions)
+
+    @property
+    def leg_length(self) -> float:
+        """Thigh and shank of somebody of this stature [m]."""
+        return IDENTIFY.leg_share * self.height
 
     def point(self, landmark: str) -> Float[ndarray, "T 3"]:
         """Positions of a landmark [m]; pelvis, chest and neck fall back to midpoints of hips and shoulders."""

@@ -27,6 +27,7 @@ class MetricKey(StrEnum):
     AIRBORNE = "airborne_frames"
     AIRBORNE_SOURCE = "airborne_frames_of_source"
     AIRBORNE_OFF_SOURCE = "airborne_frames_off_source"
+    UNSUPPORTED = "unsupported_frames"
     HOVERING_LEADS = "hovering_in_leads"
     IMPOSSIBLE_FRAMES = "impossible_frames"
     TORQUE_SHARE = "joint_torque_share_p99"
@@ -62,6 +63,7 @@ _LABELS = {
     MetricKey.AIRBORNE: "airborne frames",
     MetricKey.AIRBORNE_SOURCE: "airborne frames of the source",
     MetricKey.AIRBORNE_OFF_SOURCE: "airborne frames, off the source",
+    MetricKey.UNSUPPORTED: "frames that nothing carries",
     MetricKey.HOVERING_LEADS: "hovering in the leads",
     MetricKey.IMPOSSIBLE_FRAMES: "frames that physics does not allow",
     MetricKey.TORQUE_SHARE: "joint torque, share of the motor's",

@@ -199,6 +199,8 @@ class ReportConfig(_Checked):
     pivot_rate: float = 1.5  # [rad/s]
     rounding: float = 1e-3  # of a share of the motors' limits
     airborne_height: float = 0.02  # of the robot's lowest point [m]
+    upright: float = 0.75  # height of the pelvis over the floor, of the leg's length: whoever sits needs no feet
+    longest_flight_s: float = 0.8  # what a person jumps; longer ones hover [s]
     under_floor: float = 0.002  # of the robot's lowest point, that counts a frame [m]
     overlap: float = 0.005  # of two bodies, that counts a frame [m]
 
@@ -224,6 +226,7 @@ class Gates(_Checked):
     speed_share: float = 1.0  # of the motors' speed limits, frame to frame
     acceleration_share: float = 1.0  # of what the motors can do against the default pose's inertia, frame to frame
     airborne_points: float = 6.0  # difference of the airborne share to the source's, percentage points
+    unsupported_percent: float = 50.0  # of the upright frames, in which feet neither stand nor fly
     hovering_frames: float = 5.0  # of lead-in and lead-out
 
 

@@ -229,9 +229,27 @@ def _flight(lowest: ndarray, dance: slice, source: HumanClip, gates: Gates) -> l
         Metric(key=MetricKey.AIRBORNE_SOURCE, value=source_share, unit="%", meaning="toes and ankles over 4 cm up"),
         Metric(key=MetricKey.AIRBORNE_OFF_SOURCE, value=abs(share - source_share), unit="points",
                meaning="jumps that were lost or made", limit=gates.airborne_points),
+        Metric(key=MetricKey.UNSUPPORTED, value=_unsupported(source), unit="%",
+               meaning="of the source's upright frames: feet that slide or hover", limit=gates.unsupported_percent),
         Metric(key=MetricKey.HOVERING_LEADS, value=float(leads.sum()), unit="frames",
                meaning="lowest point over 2 cm up in lead-in or lead-out", limit=gates.hovering_frames),
     ]  # fmt: skip
+
+
+def _unsupported(source: HumanClip) -> float:
+    """Share of the upright frames in which neither a foot stands nor both are in a flight that gravity ends [%].
+
+    A clip that skates, because its travel was lost or its feet float, cannot teach a robot to stand.
+    """
+    points = heel_toe_points(source)
+    floor = own_floor(points)
+    height, _ = heights_and_speeds(points, source.fps, floor)
+    flying = np.asarray((height > _RULES.contact.height).all(axis=1))
+    for a, b in intervals_of(flying):
+        flying[a:b] = b - a <= _RULES.longest_flight_s * source.fps
+    upright = source.point("pelvis")[:, 2] - floor.min() > _RULES.upright * source.leg_length
+    carried = contact_labels(source)[0].any(axis=1) | flying
+    return 100.0 * float((upright & ~carried).sum()) / max(1.0, float(upright.sum()))
 
 
 def _limb_error(reference: Reference, robot: RobotModel, source: HumanClip) -> float:

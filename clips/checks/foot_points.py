@@ -40,7 +40,7 @@ def _of_person(clip: HumanClip) -> FootPoints:
         pelvis=clip.point("pelvis"),
         left=rot.unit(rot.unit(hips[0] - hips[1]) + rot.unit(shoulders[0] - shoulders[1])),
         up=rot.unit(hips[0] + hips[1] + shoulders[0] + shoulders[1] - 2.0 * (ankles[0] + ankles[1])),
-        leg=0.49 * clip.height,
+        leg=clip.leg_length,
     )
 
 

@@ -139,3 +139,23 @@ def test_the_fixed_rule_of_touching_turns_with_the_world_and_drops_what_is_short
         points[10:30, 0, 2] += 0.2
         points[20:23, 0, 2] -= 0.2  # down for three frames, of which one is slow
     assert not contact_labels(person(ankles, toes))[0][12:28, :2].any()
+
+
+def test_whoever_skates_is_below_the_gate_and_whoever_walks_is_not(shared):
+    from damage import read_shared, travelling
+
+    from clips import repair
+    from retarget.report import _unsupported
+
+    walks = [
+        "bvh/cmu_12_01_walk.bvh",
+        "deepmimic/humanoid3d_walk.txt",
+        "bvh/perfume_aachan.bvh",
+        "npz/asap_smpl_apt_level1.npz",
+    ]
+    for file in walks:
+        assert _unsupported(repair(read_shared(shared, file))) < 30.0
+    for file in walks[:2]:  # who never stands
+        assert _unsupported(travelling(repair(read_shared(shared, file)), (0.0, 0.0, 1.0))) > 90.0
+    for file in ("bvh/rokoko_jesse_dance.bvh", "deepmimic/humanoid3d_dance_b.txt"):  # feet that float, and that slide
+        assert _unsupported(repair(read_shared(shared, file))) > 50.0
