@@ -21,7 +21,7 @@ import numpy as np
 from clips import Clip, ClipError, HumanClip, ReadOptions, read_clip, repair
 from clips.checks import CHECKS, Check, check_facing, check_floor, check_travel
 from clips.edit import exchanged_everywhere
-from clips.samples.mistakes import exchanged, tilted, travelling, with_rest
+from clips.samples import exchanged, tilted, travelling, with_rest
 
 Damage = Callable[[Clip], Clip | None]
 Question = Callable[[Clip], Check]

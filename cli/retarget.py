@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 
 from cli.batch import is_batch, retarget_all
 from cli.progress import progress
@@ -13,6 +14,7 @@ from cli.report_table import print_report
 from cli.retarget_arguments import Arguments, check_one
 from cli.terminal import BELOW_GATE, DONE, command
 from clips import Clip, at_speed, cut, read_clip, repair, save_reference
+from clips.checks import doubts
 from retarget import (
     Retargeted,
     Transition,
@@ -84,6 +86,8 @@ def _tell_conventions(console: Console, path: Path, clip: Clip) -> None:
         console.print(f"  {finding}", markup=False)
     for mended in clip.source.repairs:
         console.print(f"  repaired: {mended}", markup=False)
+    for doubt in doubts(clip):
+        console.print(f"  [yellow]doubtful[/]: {escape(str(doubt))}")
 
 
 def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Clip:

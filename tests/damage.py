@@ -4,7 +4,7 @@ from functools import cache
 
 from clips import ReadOptions, read_clip
 from clips.edit import cut
-from clips.samples.mistakes import exchanged, tilted, travelling, with_rest
+from clips.samples import exchanged, tilted, travelling, with_rest
 
 __all__ = ["RATES", "exchanged", "read_shared", "tilted", "travelling", "with_rest"]
 

@@ -13,6 +13,12 @@ from clips.clip import Clip
 CHECKS: tuple[Callable[[Clip], Check], ...] = (check_bones, check_facing, check_travel, check_floor, check_gravity)
 """What is asked of every clip, after it was mended."""
 
+
+def doubts(clip: Clip) -> list[Check]:
+    """The checks that a clip passes, but not as a person would."""
+    return [check for check in (question(clip) for question in CHECKS) if check.verdict == "doubtful"]
+
+
 __all__ = [
     "CHECKS",
     "Check",
@@ -23,6 +29,7 @@ __all__ = [
     "check_floor",
     "check_gravity",
     "check_travel",
+    "doubts",
     "fit_floor",
     "foot_points",
     "knees_ahead",

@@ -23,6 +23,10 @@ class Check:
     option: str = ""  # the reading option that cures it
     suggestion: str = ""
 
+    def __str__(self) -> str:
+        place = f" ({self.where})" if self.where else ""
+        return f"{self.what}? {self.value}, a person shows {self.limit}{place}"
+
     def refusal(self, file: str) -> ClipError:
         """The error that a check ends in."""
         found = f"{self.value}" + (f" ({self.where})" if self.where else "")

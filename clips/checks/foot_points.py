@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -24,6 +25,7 @@ class FootPoints:
     leg: float  # from hip to ankle, stretched [m]
 
 
+@lru_cache(maxsize=1)  # every check of a clip asks for them
 def foot_points(clip: Clip) -> FootPoints:
     """The feet of any recording."""
     return _of_person(clip) if isinstance(clip, HumanClip) else _of_robot(clip)

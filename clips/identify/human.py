@@ -21,6 +21,7 @@ from clips.identify.mapping import ExchangedSidesError, UnknownSkeletonError, re
 from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
 from robot_models.maths import rotation as rot
 
+_SOME = 500  # frames that sides are told by
 # Rotations (determinant +1, so nothing is mirrored) that bring a file's up axis to z.
 _Z_FROM_UP = {
     "z": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -84,21 +85,17 @@ def human_clip(
     _check_height(height, scale, unit_finding, raw.name)
     done = [f"unit -> m (x {scale:.6g})"] if scale != 1.0 else []
     done += [f"up {up} -> z"] if up != "z" else []
+    source = raw.source(dialect, [*findings, *limbs, up_finding, unit_finding], done, [*repairs, *whole.repairs])
     clip = HumanClip(
-        fps=fps,
-        names=tuple(names),
-        positions=points,
-        orientations=turns,
-        parents=tuple(parents),
-        landmarks=known,
-        height=options.stature or height,
-        source=raw.source(dialect, [*findings, *limbs, up_finding, unit_finding], done, [*repairs, *whole.repairs]),
-    )
+        fps=fps, names=tuple(names), positions=points[:: max(1, len(points) // _SOME)], orientations=None,
+        parents=tuple(parents), landmarks=known, height=options.stature or height, source=source,
+    )  # fmt: skip
     exchanged = exchanged_everywhere(clip)
     if exchanged:
         raise ExchangedSidesError(raw.name, names, exchanged, known)
     facing = _check_handedness(clip)
-    return replace(clip, source=replace(clip.source, findings=(*clip.source.findings, facing)))
+    source = replace(source, findings=(*source.findings, facing))
+    return replace(clip, positions=points, orientations=turns, source=source)
 
 
 def _landmarks_of(

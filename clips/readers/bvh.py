@@ -48,8 +48,8 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     if not motion:
         raise ClipError(raw.name, found="no MOTION section", expected="HIERARCHY, then MOTION")
     joints = _parse_hierarchy(_with_points(hierarchy), raw.name)
-    fps, fps_finding, rows = _rate(_with_points(motion), options, raw.name)
-    values = _parse_rows(rows, sum(len(j.channels) for j in joints), raw.name)
+    fps, fps_finding, count, rows = _rate(_with_points(motion), options, raw.name)
+    values = _parse_rows(count, rows, sum(len(j.channels) for j in joints), raw.name)
     person = _person(joints, options, raw.name)
     positions, orientations, offsets = _pose(joints, values)
     del values, hierarchy, motion, rows  # an hour of them is a quarter of a gigabyte
@@ -127,8 +127,8 @@ def _with_points(text: str) -> str:
     return text.replace(",", ".") if "," in text and "." not in text else text
 
 
-def _rate(text: str, options: ReadOptions, where: str) -> tuple[float, Finding, str]:
-    """Frames per second, how they are known, and the text of the rows; the number of frames stands before them."""
+def _rate(text: str, options: ReadOptions, where: str) -> tuple[float, Finding, str, str]:
+    """Frames per second, how they are known, and as texts the number of frames and their rows."""
     words = text.split(maxsplit=5)
     if len(words) < 5 or words[0] != "Frames:" or words[2:4] != ["Frame", "Time:"]:
         raise ClipError(
@@ -146,7 +146,7 @@ def _rate(text: str, options: ReadOptions, where: str) -> tuple[float, Finding, 
     why = "Frame Time line" if options.fps is None else f"given; the Frame Time line says {words[4]} s"
     fps = options.fps or _whole(1.0 / dt)
     finding = Finding(what="fps", value=f"{fps:.6g}", why=why, confidence="stated", option="fps")
-    return fps, finding, " ".join((words[1], *words[5:]))
+    return fps, finding, words[1], words[5] if len(words) > 5 else ""
 
 
 def _whole(fps: float) -> float:
@@ -154,14 +154,13 @@ def _whole(fps: float) -> float:
     return float(round(fps)) if abs(fps - round(fps)) < 1e-6 * fps**2 else fps
 
 
-def _parse_rows(text: str, width: int, where: str) -> Float[ndarray, "T W"]:
-    """The channels of every frame from the text of their number and rows."""
-    count, *rows = text.split(maxsplit=1)
+def _parse_rows(count: str, text: str, width: int, where: str) -> Float[ndarray, "T W"]:
+    """The channels of every frame from the texts of their number and rows."""
     try:
         frames = int(count)
         with warnings.catch_warnings():
             warnings.simplefilter("error", DeprecationWarning)  # text that is no number ends numpy's reading with one
-            values = np.fromstring(rows[0] if rows else "", sep=" ")
+            values = np.fromstring(text, sep=" ")
     except (DeprecationWarning, ValueError) as e:
         commas = "numbers with decimal points, as the rest has them" if "," in text else "numbers"
         raise ClipError(f"{where}, MOTION", found="text among the numbers", expected=commas) from e

@@ -191,10 +191,11 @@ class TrackingTask:
         critic = array_namespace(seen).concat((seen, self.privileged.values(s)), axis=1)
         return self.actor.disturbed(seen, self.rng) if noisy else seen, critic
 
-    def observe_all(self) -> tuple[Float[Array, "N T"], Float[Array, "N 3"]]:
+    def observe_all(self, *, noisy: bool = False) -> tuple[Float[Array, "N T"], Float[Array, "N 3"]]:
         """What a teacher sees of the present state, by sensors without a fault, and what its critic sees besides."""
         s = replace(self.task_state(), encoder_bias=0.0 * self.encoder_bias, imu=self._straight)
-        return self.teacher.values(s), self.privileged.some(s, "anchor_position")
+        seen = self.teacher.values(s)
+        return self.teacher.disturbed(seen, self.rng) if noisy else seen, self.privileged.some(s, "anchor_position")
 
     def measured(self, *, noisy: bool = True, faulty: bool = True) -> Measurement:
         """What the robots' sensors tell of the present state.
