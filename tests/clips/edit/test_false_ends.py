@@ -39,7 +39,7 @@ def with_rest(clip, pose, count, *, at_the_end=False):
     return replace(clip, positions=np.concatenate(parts), orientations=None)
 
 
-@pytest.mark.parametrize("count", [1, 2, 7, 12, 30, 60, 400])
+@pytest.mark.parametrize("count", [1, 2, 7, 60, 400])
 @pytest.mark.parametrize("file", HUMAN)
 def test_a_rest_pose_before_a_dance_is_cut_up_to_the_jump(shared, file, count):
     dance = replace(read(shared, file), orientations=None)

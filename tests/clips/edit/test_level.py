@@ -29,7 +29,7 @@ def lean_left_over(clip, degrees, heading):
     return np.degrees(np.arccos(np.clip(turn[2, 2], -1.0, 1.0))), mended
 
 
-@pytest.mark.parametrize("degrees, heading", [(10.0, 20.0), (20.0, 250.0), (30.0, 130.0), (35.0, 300.0)])
+@pytest.mark.parametrize("degrees, heading", [(10.0, 20.0), (20.0, 250.0), (35.0, 300.0)])
 @pytest.mark.parametrize("file", WIDE)
 def test_a_leaning_world_is_turned_upright_and_told(shared, file, degrees, heading):
     clip = repair(read_shared(shared, file))
@@ -41,7 +41,7 @@ def test_a_leaning_world_is_turned_upright_and_told(shared, file, degrees, headi
     assert repair(mended) is mended
 
 
-@pytest.mark.parametrize("degrees, heading", [(10.0, 20.0), (20.0, 250.0), (30.0, 130.0)])
+@pytest.mark.parametrize("degrees, heading", [(10.0, 20.0), (30.0, 130.0)])
 @pytest.mark.parametrize("file", ON_THE_SPOT)
 def test_on_the_spot_it_is_less_exact(shared, file, degrees, heading):
     left, _ = lean_left_over(repair(read_shared(shared, file)), degrees, heading)

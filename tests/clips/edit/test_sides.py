@@ -32,7 +32,7 @@ def there(clip, parts):
     return [p for p in parts if f"left_{p}" in clip.landmarks]
 
 
-@pytest.mark.parametrize("seconds", [0.0, 0.1, 0.5, 1.5])
+@pytest.mark.parametrize("seconds", [0.0, 0.1, 1.5])
 @pytest.mark.parametrize("parts", PARTS, ids="-".join)
 def test_sides_that_flip_for_a_while_are_flipped_back(clip, parts, seconds):
     length = min(max(1, round(seconds * clip.fps)), round(0.4 * clip.frames))
