@@ -5,12 +5,16 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from cli.options import ClipPath, Out
 from cli.terminal import DONE, command
 from tracking import TrackingError
+
+if TYPE_CHECKING:
+    from tracking import Bundle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,16 +43,30 @@ def main(argv: list[str] | None = None) -> int:
     return command(Arguments, run, name="dance-export", argv=argv)
 
 
+def _load(args: Arguments) -> Bundle:
+    from tracking import load_bundle
+
+    try:
+        return load_bundle(args.run, robot=args.robot)
+    except TrackingError as e:
+        if e.option != "ref":
+            raise
+        raise TrackingError(
+            str(args.run), found="a tracker, which follows any reference", expected="a policy of one dance",
+            cure=f"it needs no export: dance-deploy {args.run} --ref DANCE.npz",
+        ) from e  # fmt: skip
+
+
 def run(args: Arguments) -> int:
     """Check, repeat the golden trace, write aside, rename."""
-    from tracking import load_bundle, read_golden, replay
+    from tracking import read_golden, replay
     from tracking.policy import CONTRACT, GOLDEN, POLICY, REFERENCE, write_beyondmimic, write_unitree
 
     console = Console(highlight=False, soft_wrap=True)
     out = args.out or Path("bundles") / args.run.name
     if out.exists():
         raise TrackingError(str(out), found="something that is already there", expected="a new folder", option="out")
-    bundle = load_bundle(args.run, robot=args.robot)
+    bundle = _load(args)
     hidden = [row.name for row in bundle.contract.observation if not row.measurable]
     if hidden:
         raise TrackingError(

@@ -4,7 +4,9 @@ import os
 from pathlib import Path
 
 os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")
-os.environ.setdefault("OMP_NUM_THREADS", "1")  # threads that spin for one another take forty times as long on shared cores
+os.environ.setdefault(
+    "OMP_NUM_THREADS", "1"
+)  # threads that spin for one another take forty times as long on shared cores
 
 from jaxtyping import install_import_hook
 

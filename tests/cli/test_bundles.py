@@ -82,3 +82,10 @@ def test_a_sweep_is_a_table_a_file_and_a_picture(tmp_path, monkeypatch, capsys):
     ]
     assert (tmp_path / "s.png").read_bytes().startswith(b"\x89PNG")
     assert "friction 0.3" in capsys.readouterr().out
+
+
+def test_a_tracker_needs_no_export_and_the_refusal_says_what_to_do(capsys, tmp_path):
+    from cli.export import main as export
+
+    assert export(["tracker-g1", "-o", str(tmp_path / "out")]) == 2
+    assert "dance-deploy tracker-g1 --ref" in " ".join(capsys.readouterr().err.split())
