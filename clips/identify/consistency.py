@@ -120,8 +120,7 @@ def check_against_velocities(
 
 def _orders(robot: RobotModel, what: str, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Customary orders of the same names."""
-    swap = {"left": "right", "right": "left"}
-    other_side = tuple("_".join(swap.get(word, word) for word in name.split("_")) for name in names)
+    other_side = _exchanged(names)
     depth = robot.joint_names if what == "joint" else robot.body_names
     breadth = breadth_first(robot)
     if what == "body":
@@ -132,4 +131,14 @@ def _orders(robot: RobotModel, what: str, names: Sequence[str]) -> dict[str, tup
         "in MuJoCo's depth-first order": tuple(n for n in depth if n in names),
         "in Isaac's breadth-first order": tuple(n for n in breadth if n in names),
     }
+    parts = dict.fromkeys(name.removeprefix("left_") for name in names if name.startswith("left_"))
+    found |= {f"with left and right {part} exchanged": _exchanged(names, part) for part in parts}
     return {order: other for order, other in found.items() if sorted(other) == sorted(names)}
+
+
+def _exchanged(names: Sequence[str], part: str = "") -> tuple[str, ...]:
+    """The names with left and right exchanged, of all or of one part of the body."""
+    swap = {"left": "right", "right": "left"}
+    return tuple(
+        "_".join(swap.get(word, word) for word in name.split("_")) if name.endswith(part) else name for name in names
+    )

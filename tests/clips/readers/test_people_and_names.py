@@ -223,3 +223,32 @@ def test_texts_of_windows_are_read(tmp_path, sample, encoding):
     mark = {"utf-16-le": b"\xff\xfe", "utf-16-be": b"\xfe\xff"}.get(encoding, b"")
     (tmp_path / sample).write_bytes(mark + (SAMPLES / sample).read_text().encode(encoding))
     np.testing.assert_array_equal(read_clip(tmp_path / sample).positions, read_clip(SAMPLES / sample).positions)
+
+
+SPACES = ["bvh/lafan1_dance1_subject2.bvh", "bvh/perfume_aachan.bvh", "bvh/rokoko_jesse_dance.bvh", "bvh/fair1_dab.bvh"]
+
+
+def joint_names(text):
+    return re.findall(r"(?:ROOT|JOINT)[ \t]+(\S+)", text)
+
+
+@pytest.mark.parametrize("style", ["words", "take"])
+@pytest.mark.parametrize("file", SPACES)
+def test_real_skeletons_keep_their_landmarks_under_names_with_spaces(tmp_path, shared, file, style):
+    text = (shared / file).read_text()
+    apart = {
+        n: re.sub(r"(?<=[a-z])(?=[A-Z])", " ", n) if style == "words" else f"Take 3 Ben:{n}" for n in joint_names(text)
+    }
+    clip, honest = read_clip(write(tmp_path, renamed(text, apart))), read_clip(shared / file)
+    assert clip.landmarks == {k: apart.get(v, v) for k, v in honest.landmarks.items()}
+    np.testing.assert_array_equal(clip.positions, honest.positions)
+
+
+@pytest.mark.parametrize("file", [SPACES[0], SPACES[2]])
+def test_real_collar_bones_under_the_name_of_a_shoulder_begin_no_arm(tmp_path, shared, file):
+    text = (shared / file).read_text()
+    motive = {"Shoulder": "Shoulder", "Arm": "UArm", "ForeArm": "FArm", "Hand": "Hand"}
+    names = {f"{side}{k}": f"{side[0]}{v}" for side in ("Left", "Right") for k, v in motive.items()}
+    clip, honest = read_clip(write(tmp_path, renamed(text, names))), read_clip(shared / file)
+    for landmark in ("left_shoulder", "left_elbow", "right_wrist"):
+        np.testing.assert_array_equal(clip.point(landmark), honest.point(landmark))

@@ -11,9 +11,10 @@ pytest.importorskip("onnxruntime")
 import mujoco
 import onnx
 import yaml
+from damage import read_shared
 from onnx import TensorProto, helper, numpy_helper
 
-from clips import load_reference
+from clips import cut, full_qpos, load_reference, make_reference, resample
 from robot_models import load_robot
 from tracking import Measurement, TaskConfig, TrackingError, TrackingTask, evaluate, evaluation_task, load_bundle
 from tracking.policy.bundle import SHIPPED
@@ -254,6 +255,23 @@ def other_side(names, only=""):
     return ["_".join(SIDES.get(w, w) for w in n.split("_")) if only in n else n for n in names]
 
 
+@pytest.fixture(params=["sample dance", "csv/g1moves/M_Move5.csv", "pkl/twist2_yanjie_walk_001.pkl"])
+def moved(request, g1, reference):
+    """References of three motions: ours, and two of others as they stand in their files."""
+    if request.param == "sample dance":
+        return reference
+    clip = resample(cut(read_shared(request.getfixturevalue("shared"), request.param), 4.0, 9.0), 50.0)
+    frames = clip.frames
+    return make_reference(
+        g1,
+        full_qpos(clip, g1),
+        50.0,
+        contact=np.zeros((frames, 4), dtype=int),
+        segments=np.array([[0, frames, 0]]),
+        meta={},
+    )
+
+
 @pytest.mark.parametrize(
     ("told", "fits"),
     [
@@ -265,9 +283,7 @@ def other_side(names, only=""):
         ("hips rolled by one", ""),
     ],
 )
-def test_names_that_the_motion_inside_contradicts_are_refused_with_the_order_that_fits(
-    tmp_path, g1, reference, told, fits
-):
+def test_names_that_the_motion_inside_contradicts_are_refused_with_the_order_that_fits(tmp_path, g1, moved, told, fits):
     joints = [g1.joint_names[i] for i in isaac_order(g1)]
     bodies = list(g1.profile.tracked)
     hips = [n for n in joints if n.startswith("left_hip")]
@@ -281,7 +297,9 @@ def test_names_that_the_motion_inside_contradicts_are_refused_with_the_order_tha
             "joint_names": ",".join(dict(zip(hips, hips[1:] + hips[:1], strict=True)).get(n, n) for n in joints)
         },
     }[told]
-    beyondmimic(tmp_path / "p.onnx", g1, reference, **changes)
+    beyondmimic(tmp_path / "p.onnx", g1, moved)
+    read_beyondmimic(tmp_path / "p.onnx", g1)
+    beyondmimic(tmp_path / "p.onnx", g1, moved, **changes)
     with pytest.raises(TrackingError, match=f"away from where it says they are.*{fits}"):
         read_beyondmimic(tmp_path / "p.onnx", g1)
 
