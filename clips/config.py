@@ -21,6 +21,10 @@ class RepairConfig:
     false_start_s: float = 0.5  # at either end, in which a file may jump between its rest pose and the dance [s]
     jump_turn: float = 0.26  # of a limb or a joint in one frame, that may be such a jump [rad]
     jump_speed: float = 3.0  # of the hips in one frame, that may be one [m/s]
+    jump_among: int = 4  # steps on either side that a jump in mid-clip is held against
+    jump_stands_out: float = 4.0  # so many times their median it is
+    flash_limbs: int = 3  # that jump where a pose flashes up; a point that flies off turns two
+    torn_turn: float = 0.8  # of a limb in one frame, beyond which two motions were joined [rad]
     stands_out: float = 5.0  # so many times the steps beside it a jump is; of 54 recordings' steps 2.6 at most
     out_of_stillness: float = 2.0  # the same for the step behind frames that nothing moves in
     still_turn: float = 0.5  # of any limb in such frames [rad/s]

@@ -7,10 +7,18 @@ from clips.checks.check import Check
 from clips.checks.floor_plane import FloorPlane, check_floor, fit_floor
 from clips.checks.foot_points import FootPoints, foot_points
 from clips.checks.gravity import check_gravity
+from clips.checks.jumps import check_jumps, pose_jumps, pose_steps
 from clips.checks.travel import check_travel
 from clips.clip import Clip
 
-CHECKS: tuple[Callable[[Clip], Check], ...] = (check_bones, check_facing, check_travel, check_floor, check_gravity)
+CHECKS: tuple[Callable[[Clip], Check], ...] = (
+    check_bones,
+    check_facing,
+    check_jumps,
+    check_travel,
+    check_floor,
+    check_gravity,
+)
 """What is asked of every clip, after it was mended."""
 
 
@@ -28,9 +36,12 @@ __all__ = [
     "check_facing",
     "check_floor",
     "check_gravity",
+    "check_jumps",
     "check_travel",
     "doubts",
     "fit_floor",
     "foot_points",
     "knees_ahead",
+    "pose_jumps",
+    "pose_steps",
 ]

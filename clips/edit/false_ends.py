@@ -9,15 +9,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
+from clips.checks import pose_steps
 from clips.clip import MIN_FRAMES, Clip, RobotClip
 from clips.config import REPAIR
 from clips.edit.resample import cut
 from clips.provenance import Repair
 from robot_models.maths import rotation as rot
-
-_BONES = tuple((f"{s}_{a}", f"{s}_{b}") for s in ("left", "right") for a, b in (
-    ("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"),
-))  # fmt: skip
 
 
 def without_false_ends(clip: Clip) -> Clip:
@@ -62,19 +59,6 @@ def hips_of(clip: Clip) -> Float[ndarray, "T 3"]:
     if isinstance(clip, RobotClip):
         return clip.root_pos
     return np.asarray(0.5 * (clip.point("left_hip") + clip.point("right_hip")))
-
-
-def pose_steps(clip: Clip) -> Float[ndarray, "S"]:
-    """The largest turn of any limb, or of any robot joint, from each frame to the next [rad]."""
-    if isinstance(clip, RobotClip):
-        return np.asarray(np.abs(np.diff(clip.joint_pos, axis=0)).max(axis=1))
-    steps = np.zeros(clip.frames - 1)
-    for a, b in _BONES:
-        along = rot.unit(clip.point(b) - clip.point(a))
-        steps = np.maximum(
-            steps, 2.0 * np.arcsin(np.minimum(1.0, 0.5 * np.linalg.norm(np.diff(along, axis=0), axis=1)))
-        )
-    return steps
 
 
 def _steps(clip: Clip) -> tuple[Float[ndarray, "S"], Float[ndarray, "S"]]:

@@ -16,16 +16,16 @@ from numpy import ndarray
 from clips.checks import CHECKS
 from clips.clip import Clip, HumanClip
 from clips.config import REPAIR
+from clips.edit.bridge import bridged
 from clips.edit.false_ends import hips_of, without_calibration_pose, without_false_ends
+from clips.edit.flashes import without_flashes
 from clips.edit.floor import on_level_floor
 from clips.edit.level import upright
-from clips.edit.resample import sample_quat
 from clips.edit.sides import with_sides_unchanged
 from clips.errors import ClipError
 from clips.provenance import Repair
 from robot_models import load_robot
 from robot_models.maths import intervals_of
-from robot_models.maths import rotation as rot
 
 
 def repair(clip: Clip, *, strict: bool = False) -> Clip:
@@ -64,7 +64,7 @@ def without_repeats(clip: Clip) -> Clip:
     if not stalled.any():
         return clip
     repair = Repair(what="repeated frames led through", count=int(stalled.sum()), where=_at(stalled, clip.fps))
-    return _bridged(clip, stalled, repair)
+    return bridged(clip, stalled, repair)
 
 
 def without_spikes(clip: Clip) -> Clip:
@@ -90,6 +90,7 @@ _MENDS: tuple[Callable[[Clip], Clip], ...] = (
     with_sides_unchanged,  # first: a flip near an end is no rest pose
     without_calibration_pose,
     without_false_ends,
+    without_flashes,
     without_repeats,
     without_spikes,
     upright,
@@ -123,36 +124,6 @@ def _tracks(clip: Clip) -> list[tuple[str, Float[ndarray, "T C d"], Float[ndarra
         ("root_pos", clip.root_pos[:, None], np.array([REPAIR.fastest_hips])),
         ("joint_pos", clip.joint_pos[..., None], motors),
     ]
-
-
-def _bridged(clip: Clip, bad: Bool[ndarray, "T"], repair: Repair) -> Clip:
-    """The bad frames led through between the good ones beside them."""
-    good = np.flatnonzero(~bad)
-    times = np.interp(np.flatnonzero(bad), good, np.arange(len(good)))
-    low, part = np.minimum(times.astype(int), len(good) - 2), times % 1.0
-
-    def straight(x: ndarray) -> ndarray:
-        out, share = x.copy(), part.reshape(-1, *[1] * (x.ndim - 1))
-        out[bad] = (1.0 - share) * x[good][low] + share * x[good][low + 1]
-        return out
-
-    def turning(q: ndarray) -> ndarray:
-        out = q.copy()
-        out[bad] = sample_quat(q[good], times)
-        return rot.continuous(out)
-
-    source = clip.source.mended(repair)
-    if isinstance(clip, HumanClip):
-        positions = straight(clip.positions)
-        turned = None if clip.orientations is None else turning(clip.orientations)
-        return replace(clip, positions=positions, orientations=turned, source=source)
-    return replace(
-        clip,
-        root_pos=straight(clip.root_pos),
-        root_quat=turning(clip.root_quat),
-        joint_pos=straight(clip.joint_pos),
-        source=source,
-    )
 
 
 def _refuse_a_tear(clip: Clip) -> None:

@@ -72,4 +72,4 @@ def test_checks_are_told_with_number_verdict_and_where(capsys, monkeypatch):
     table = told(capsys, SAMPLES / "groove.bvh").partition("\ncheck ")[2]
     for what in ("bones keep their length", "feet stand while the body travels", "the floor is level", "flights fall"):
         assert what in table
-    assert table.count("holds") == 4 and "no flight" in table
+    assert table.count("holds") == 5 and "no flight" in table

@@ -74,11 +74,12 @@ def test_a_calibration_pose_that_is_held_is_left_out(dance):
     assert repair(mended) is mended
 
 
-def test_a_calibration_pose_in_mid_clip_is_part_of_the_dance(dance):
+def test_a_calibration_pose_in_mid_clip_is_refused_where_it_jumps(dance):
     held = np.repeat(t_pose(dance)[None], round(0.7 * dance.fps), axis=0)
     half = dance.frames // 2
     middle = np.concatenate((dance.positions[:half], held, dance.positions[half:]))
-    assert not repair(damaged(dance, positions=middle, orientations=None)).source.repairs
+    with pytest.raises(ClipError, match=r"2 jumps, of \d+ deg .*cut the clip there"):
+        repair(damaged(dance, positions=middle, orientations=None))
 
 
 def test_repeated_frames_are_led_through(dance):
