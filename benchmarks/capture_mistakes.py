@@ -14,12 +14,13 @@ import argparse
 import csv
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from clips import Clip, ClipError, HumanClip, ReadOptions, read_clip, repair
-from clips.checks import CHECKS, Check, check_facing, check_floor, check_travel
+from clips.checks import CHECKS, Check, check_facing, check_floor, check_jumps, check_travel
 from clips.edit import exchanged_everywhere
 from clips.samples import exchanged, tilted, travelling, with_rest
 
@@ -75,6 +76,8 @@ def _mistakes() -> Iterator[tuple[str, str, Damage, Question | None]]:
         yield "rest pose before it", f"{count} frames", lambda c, n=count: with_rest(c, n), None
     for count in (1, 12, 60):
         yield "rest pose after it", f"{count} frames", lambda c, n=count: with_rest(c, n, at_the_end=True), None
+    for count in (1, 2, 6, 30):
+        yield "rest pose amid it", f"{count} frames", lambda c, n=count: _interrupted(c, n), check_jumps
     for factor in (0.7, 0.4, 0.1, 0.01, 0.0):
         yield "root in another unit", f"x {factor:g}", lambda c, f=factor: travelling(c, f), check_travel
     yield "root held over one place", "", lambda c: travelling(c, (0.0, 0.0, 1.0)), check_travel
@@ -85,6 +88,15 @@ def _mistakes() -> Iterator[tuple[str, str, Damage, Question | None]]:
             told = f"{seconds:g} s" if seconds else "1 frame"
             yield f"{' '.join(parts)} exchanged", told, lambda c, p=parts, s=seconds: _flipped(c, p, s), check_facing
         yield f"{' '.join(parts)} exchanged", "throughout", lambda c, p=parts: _flipped(c, p, None), check_facing
+
+
+def _interrupted(clip: Clip, count: int) -> Clip | None:
+    if not isinstance(clip, HumanClip):
+        return None
+    half = clip.frames // 2
+    first = with_rest(replace(clip, positions=clip.positions[:half], orientations=None), count, at_the_end=True)
+    assert isinstance(first, HumanClip)
+    return replace(first, positions=np.concatenate((first.positions, clip.positions[half:])))
 
 
 def _flipped(clip: Clip, parts: tuple[str, ...], seconds: float | None) -> Clip | None:

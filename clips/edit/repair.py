@@ -88,9 +88,9 @@ def without_spikes(clip: Clip) -> Clip:
 
 _MENDS: tuple[Callable[[Clip], Clip], ...] = (
     with_sides_unchanged,  # first: a flip near an end is no rest pose
+    without_flashes,
     without_calibration_pose,
     without_false_ends,
-    without_flashes,
     without_repeats,
     without_spikes,
     upright,
