@@ -29,14 +29,17 @@ from robot_models.maths import intervals_of
 
 
 def repair(clip: Clip, *, strict: bool = False) -> Clip:
-    """The clip without what no body does: false starts and ends, calibration poses, repeated frames, spikes, a floor that drifts.
+    """The clip without what no body does, and asked whether it is a body moving (`clips.checks`).
+
+    Mended are flipped sides, rest poses at the ends and amid it, repeated frames, spikes, a world that leans, a floor that drifts.
 
     Args:
         clip: as read and cut.
         strict: refuse a clip that needs any repair, or needed one while it was read.
 
     Raises:
-        ClipError: the hips are torn from one place to another in mid-clip; or strict, and something was mended.
+        ClipError: the hips or the pose are torn in mid-clip, the travel is missing, the points are no body's; or strict, and
+            something was mended.
     """
     for mend in _MENDS:
         clip = mend(clip)
