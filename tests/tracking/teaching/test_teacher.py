@@ -93,3 +93,17 @@ def test_episodes_are_cut_and_go_on_in_the_critics_word(trainer):
     trainer.config = dataclasses.replace(trainer.config, episode_s=2 * trainer.task.dt)
     trainer.iterate(0.01)
     assert trainer.age.max() < 2.0
+
+
+def test_a_teacher_learns_under_its_pupils_noise_and_is_asked_without(trainer):
+    """What it sees in training differs from look to look, by each term's noise and where there is any; what it tells does not."""
+    task = trainer.task
+    looks = np.stack([trainer._observe()["policy"].numpy() for _ in range(40)])
+    exact = task.observe_all()[0]
+    np.testing.assert_array_equal(exact, task.observe_all()[0])
+    widths = np.repeat([row.noise for row in task.teacher.rows], [row.size for row in task.teacher.rows])
+    off = np.abs(looks - exact).max(axis=(0, 1))
+    assert (off[widths == 0.0] < 1e-6).all() and (off[widths > 0.0] > 0.5 * widths[widths > 0.0]).all()
+    assert (off <= widths + 1e-6).all()
+    slices = task.teacher.slices
+    assert widths[slices["joint_vel"]].all() and not widths[slices["root_lin_vel"]].any()
