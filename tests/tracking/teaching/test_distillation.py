@@ -24,6 +24,15 @@ from tracking.training import torch_policy
 SMALL = DistillationConfig(samples=6 * 8 * 10, steps_per_env=6, batch=32)
 
 
+@pytest.fixture(autouse=True)
+def one_thread():
+    """Whatever a run before has set: small networks on threads that spin for one another take forty times as long."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
 @pytest.fixture(scope="module")
 def bundle():
     return load_bundle(SHIPPED / "groove-dancer")
