@@ -103,11 +103,12 @@ def check_against_velocities(
     """
     if joint_vel.shape != joint_pos.shape or len(joint_pos) < 3:
         return None
-    change = 0.5 * (joint_pos[2:] - joint_pos[:-2]) * fps
+    some = np.unique(np.linspace(1, len(joint_pos) - 2, 10 * IDENTIFY.probe_frames).astype(int))
+    change = 0.5 * (joint_pos[some + 1].astype(float) - joint_pos[some - 1]) * fps
     moving = np.abs(change) > IDENTIFY.moving
     if moving.sum() < IDENTIFY.probe_frames:
         return None
-    ratio = float(np.median(joint_vel[1:-1][moving] / change[moving]))
+    ratio = float(np.median(joint_vel[some][moving] / change[moving]))
     if abs(np.log(max(ratio, 1e-9))) > np.log(IDENTIFY.rates_fit):
         raise ClipError(
             raw.name, found=f"joint velocities {ratio:.2f} times those of its positions at {fps:.6g} frames per second",

@@ -21,6 +21,7 @@ from clips.readers.rates import rate
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names
 from robot_models.maths import rotation as rot
 
+_SOME = 50  # frames whose bodies are held against their joints
 _BODY_TOLERANCE = (
     5e-3  # float32 files of other tools reproduce their bodies to ~1e-4 m; the wrong order misses by > 0.1
 )
@@ -162,16 +163,18 @@ def _held(
     if not fits or joints.shape[1] != len(names) or rotations.shape[:2] != positions.shape[:2]:
         return []  # refused where names and shapes are checked
     root = bodies.index(model.body_names[0])
-    turned = np.broadcast_to(rot.conjugate(rot.normalise(rotations[:, root : root + 1].astype(float))), rotations.shape)
-    places = rot.rotate(turned, (positions - positions[:, root : root + 1]).astype(float))
-    return [check_against_bodies(raw, model, names, joints.astype(float), bodies, places)]
+    some = np.unique(np.linspace(0, len(joints) - 1, _SOME).astype(int))
+    positions, rotations = positions[some].astype(float), rotations[some].astype(float)
+    turned = np.broadcast_to(rot.conjugate(rot.normalise(rotations[:, root : root + 1])), rotations.shape)
+    places = rot.rotate(turned, positions - positions[:, root : root + 1])
+    return [check_against_bodies(raw, model, names, joints[some].astype(float), bodies, places)]
 
 
 def _rate_held(raw: RawFile, data: Mapping[str, ndarray], positions: str, velocities: str, fps: float) -> list[Finding]:
     """Hold stated velocities against positions."""
     if velocities not in data or data[velocities].dtype.kind != "f":
         return []
-    found = check_against_velocities(raw, data[positions].astype(float), data[velocities].astype(float), fps)
+    found = check_against_velocities(raw, data[positions], data[velocities], fps)
     return [] if found is None else [found]
 
 
