@@ -24,6 +24,7 @@ class RepairConfig:
     jump_among: int = 4  # steps on either side that a jump in mid-clip is held against
     jump_stands_out: float = 4.0  # so many times their median it is
     flash_limbs: int = 3  # that jump where a pose flashes up; a point that flies off turns two
+    fastest_turn: float = 15.0  # of a limb that a person may turn out of stillness [rad/s]
     torn_turn: float = 0.8  # of a limb in one frame, beyond which two motions were joined [rad]
     stands_out: float = 5.0  # so many times the steps beside it a jump is; of 54 recordings' steps 2.6 at most
     out_of_stillness: float = 2.0  # the same for the step behind frames that nothing moves in
@@ -64,6 +65,7 @@ class SidesConfig:
 class BodyConfig:
     """What the points of a body do."""
 
+    no_length: float = 1e-3  # of a bone whose two ends a file puts in one place [m]
     bone_changes: float = 0.1  # of a bone's length, that markers on skin may show
     no_bone: float = 0.3  # of a bone's length, that no skin moves by
     no_body: float = 0.3  # share of frames in which a bone may do that, as feet of two centimetres of noise do
@@ -142,6 +144,7 @@ class IdentifyConfig:
         0.1  # beyond which names are wrong [m]; another version of a robot misses by 0.05, they by 0.12 and more
     )
     moving: float = 0.2  # speed of a joint that tells a rate [rad/s]
+    no_velocity: float = 1e-3  # share of its positions' velocity at which a stated one is a placeholder
     rates_fit: float = 1.2  # times its positions' velocity that a stated velocity may be
     long_bone: float = 0.2  # of a limb's segment, that two bones in it must have for it to begin between them
     bends_deg: float = 5.0  # by which such bones are no straight line, and a limb's direction is not that of its bone

@@ -27,7 +27,10 @@ def check_bones(clip: Clip) -> Check:
     for a, b in _BONES:
         if {a, b} <= set(clip.landmarks):
             length = np.linalg.norm(clip.point(b) - clip.point(a), axis=1)
-            off[f"{a} to {b}"] = np.abs(length / max(float(np.median(length)), 1e-9) - 1.0)
+            if np.median(length) > BODY.no_length:
+                off[f"{a} to {b}"] = np.abs(length / np.median(length) - 1.0)
+    if not off:
+        return Check(what=what, value="no bone has a length", limit=limit, verdict="cannot tell")
     changes = {bone: float(np.percentile(o, 95.0)) for bone, o in off.items()}
     worst = max(changes, key=lambda bone: changes[bone])
     share = float((off[worst] > BODY.no_bone).mean())

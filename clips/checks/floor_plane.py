@@ -122,7 +122,7 @@ def _priors(feet: FootPoints, count: int) -> tuple[Float[ndarray, "P C"], Float[
     for kind in range(kinds):
         add({kind: 1.0, kinds + kind: -1.0}, 0.0, LEAN.feet_differ)
         add({kind: 1.0}, 0.0, _ANYWHERE)
-    for part in np.array_split(feet.left, LEAN.parts):
+    for part in np.array_split(feet.left, min(LEAN.parts, len(feet.left))):
         left = part.mean(axis=0)
         left /= max(float(np.linalg.norm(left)), 1e-9)
         add({count: left[0], count + 1: left[1]}, left[2], LEAN.left_leans)

@@ -33,7 +33,8 @@ def pose_jumps(clip: HumanClip, limbs: int = 1) -> Int[ndarray, "K"]:
     around = REPAIR.jump_among
     padded = np.pad(steps, around, mode="edge")
     beside = np.stack([padded[around + k : around + k + len(steps)] for k in range(-around, around + 1) if k])
-    return np.flatnonzero(steps > np.maximum(REPAIR.jump_turn, REPAIR.jump_stands_out * np.median(beside, axis=0)))
+    least = max(REPAIR.jump_turn, REPAIR.fastest_turn / clip.fps)
+    return np.flatnonzero(steps > np.maximum(least, REPAIR.jump_stands_out * np.median(beside, axis=0)))
 
 
 def check_jumps(clip: Clip) -> Check:

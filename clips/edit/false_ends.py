@@ -27,6 +27,7 @@ def without_false_ends(clip: Clip) -> Clip:
     last = _after_the_jump(turns[::-1], hips[::-1], clip.fps)
     if last:
         clip = _kept(clip, slice(0, clip.frames - last), f"{_size(turns, -last)} before them")
+        turns, hips = _steps(clip)
     first = _after_the_jump(turns, hips, clip.fps)
     return _kept(clip, slice(first, None), f"{_size(turns, first - 1)} after them") if first else clip
 
@@ -74,13 +75,12 @@ def _after_the_jump(turns: Float[ndarray, "S"], hips: Float[ndarray, "S"], fps: 
     torn = hips > REPAIR.fastest_hips
     jumps = torn | _stands_out(turns, REPAIR.jump_turn) | _stands_out(hips, REPAIR.jump_speed)
     found = np.flatnonzero(jumps & early)
-    first = int(found[-1]) + 1 if len(found) else 0
+    first, frames = int(found[-1]) + 1 if len(found) else 0, len(turns) + 1
     if 0 < lead < len(turns) and turns[lead + 1 :].sum() > turns[:lead].sum():  # what moves is the dance
         follows = turns[lead + 1 : lead + 2].sum()
-        if turns[lead] > max(REPAIR.jump_turn, REPAIR.out_of_stillness * follows):
+        if turns[lead] > max(REPAIR.jump_turn, REPAIR.out_of_stillness * follows) and frames - lead - 1 >= MIN_FRAMES:
             return max(first, lead + 1)
-    left = len(turns) + 1 - first
-    return first if left >= max(MIN_FRAMES, REPAIR.least_left * (len(turns) + 1)) else 0
+    return first if frames - first >= max(MIN_FRAMES, REPAIR.least_left * frames) else 0
 
 
 def _stands_out(steps: Float[ndarray, "S"], least: float) -> Bool[ndarray, "S"]:

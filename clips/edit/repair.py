@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from clips.checks import CHECKS
+from clips.checks import CHECKS, foot_points
 from clips.clip import Clip, HumanClip
 from clips.config import REPAIR
 from clips.edit.bridge import bridged
@@ -47,6 +47,7 @@ def repair(clip: Clip, *, strict: bool = False) -> Clip:
     for check in (question(clip) for question in CHECKS):
         if check.verdict == "refused":
             raise check.refusal(clip.source.file)
+    foot_points.cache_clear()  # the points of an hour are large
     if strict and clip.source.repairs:
         raise ClipError(
             clip.source.file, found="; ".join(map(str, clip.source.repairs)), expected="a clip that needs no repair",

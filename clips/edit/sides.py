@@ -88,7 +88,7 @@ def _exchanged(clip: HumanClip, part: str, above: str) -> Bool[ndarray, "T"]:
 def _bones_vote(clip: HumanClip, part: str, above: str) -> Float[ndarray, "T"]:
     """Above 0 where exchanged bones would be clearly more like those of the rest of the clip than they are."""
     as_is, swapped = (_lengths(clip, part, above, swap) for swap in (False, True))
-    usual = np.median(as_is, axis=0)
+    usual = np.maximum(np.median(as_is, axis=0), BODY.no_length)
     off, off_swapped = (np.abs(x / usual - 1.0).max(axis=1) for x in (as_is, swapped))
     return np.asarray(SIDES.much_less * off - off_swapped - SIDES.bone_noise)
 
@@ -107,7 +107,7 @@ def _lengths(clip: HumanClip, part: str, above: str, swap: bool) -> Float[ndarra
 
 def _spread(lengths: Float[ndarray, "T 2"]) -> float:
     """How much bones vary, as a share of their length."""
-    usual = np.median(lengths, axis=0)
+    usual = np.maximum(np.median(lengths, axis=0), BODY.no_length)
     return float(np.median(np.abs(lengths / usual - 1.0).max(axis=1)))
 
 

@@ -11,7 +11,7 @@ from numpy import ndarray
 from clips.config import IDENTIFY
 from clips.errors import ClipError
 from clips.identify.joint_layout import breadth_first
-from clips.provenance import Finding, RawFile
+from clips.provenance import FASTEST, SLOWEST, Finding, RawFile
 from robot_models import RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
 
@@ -35,7 +35,7 @@ def misfit(
         places: of the bodies' origins in the root body's frame [m].
     """
     frames = np.unique(np.linspace(0, len(joint_pos) - 1, IDENTIFY.bodies_frames).astype(int))
-    known = [(column, robot.body(name)) for column, name in enumerate(bodies) if name in robot.body_names]
+    known = [(column, robot.body(name)) for column, name in enumerate(bodies) if name in robot.body_names[1:]]
     if not known:
         return 0.0
     qpos = np.tile(robot.zero_qpos, (len(frames), 1))
@@ -75,8 +75,13 @@ def check_against_bodies(
     """That the joints of a file are named as its bodies show them.
 
     Raises:
-        ClipError: forward kinematics of its joints gives other bodies than it states.
+        ClipError: forward kinematics of its joints gives other bodies than it states, or these are no numbers.
     """
+    if not np.isfinite(places).all():
+        raise ClipError(f"{raw.name}, places of bodies", found="numbers that are not finite", expected="metres")
+    if not set(bodies) & set(robot.body_names[1:]):
+        why = f"none of its bodies ({', '.join(bodies[:3])} ...) is one of {robot.name}'s"
+        return Finding(what="joint names", value="as stated", why=why, confidence="stated")
     off = misfit(robot, joints, joint_pos, bodies, places)
     fits = order_that_fits(robot, joints, joint_pos, bodies, places) if off > IDENTIFY.bodies_fit else ""
     if fits or off > IDENTIFY.bodies_off:
@@ -96,7 +101,7 @@ def check_against_bodies(
 def check_against_velocities(
     raw: RawFile, joint_pos: Float[ndarray, "T J"], joint_vel: Float[ndarray, "T J"], fps: float
 ) -> Finding | None:
-    """That the rate of a file is the one by which its velocities follow from its positions; None where nothing moves.
+    """That the rate of a file is the one by which its velocities follow from its positions; None where they tell nothing.
 
     Raises:
         ClipError: they follow at another rate.
@@ -109,11 +114,14 @@ def check_against_velocities(
     if moving.sum() < IDENTIFY.probe_frames:
         return None
     ratio = float(np.median(joint_vel[some][moving] / change[moving]))
-    if abs(np.log(max(ratio, 1e-9))) > np.log(IDENTIFY.rates_fit):
+    if not abs(ratio) > IDENTIFY.no_velocity:  # placeholders: zeros, or no numbers
+        return None
+    if ratio < 0.0 or abs(np.log(ratio)) > np.log(IDENTIFY.rates_fit):
+        fits = f"{fps * ratio:.4g}" if SLOWEST <= fps * ratio <= FASTEST else ""
         raise ClipError(
             raw.name, found=f"joint velocities {ratio:.2f} times those of its positions at {fps:.6g} frames per second",
-            expected=f"one rate for both: {fps * ratio:.4g} fits", cure="state the rate", option="fps",
-            suggestion=f"{fps * ratio:.4g}",
+            expected=f"one rate for both: {fits} fits" if fits else "velocities that follow from the positions",
+            cure="state the rate, which is believed then", option="fps", suggestion=fits or f"{fps:.6g}",
         )  # fmt: skip
     why = f"joint velocities are {ratio:.3f} times the differences of the positions"
     return Finding(what="rate", value="as its velocities show", why=why, confidence="measured")

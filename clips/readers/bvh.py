@@ -13,7 +13,7 @@ from numpy import ndarray
 from clips.clip import REQUIRED, HumanClip
 from clips.errors import ClipError
 from clips.identify import find_landmarks, human_clip
-from clips.provenance import Finding, RawFile, ReadOptions
+from clips.provenance import FASTEST, Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 
 _MOST_JOINTS, _MOST_ENDS = 1000, 100
@@ -22,6 +22,8 @@ _LEAST_BODY = 15  # joints of a tree that is a person's, whatever their names
 _TOKEN = re.compile(
     r"\b(?:ROOT|JOINT)\b[ \t]*[^\r\n{}]*|[{}]|[^\s{}]+"
 )  # a joint with its name, to the end of the line
+_COMMA, _POINT = re.compile(r"(?<=\d),(?=\d)"), re.compile(r"(?<![A-Za-z])\d+\.\d")  # between digits of numbers
+_MOTION = re.compile(r"(?<!\S)MOTION(?!\S)")  # no part of a joint's name
 _CHANNEL = re.compile(r"[XYZ](position|rotation)", re.IGNORECASE)
 
 
@@ -44,7 +46,8 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     Raises:
         ClipError: broken hierarchy, wrong number of values, no person in it.
     """
-    hierarchy, _, motion = raw.text().partition("MOTION")
+    hierarchy, *rest = _MOTION.split(raw.text(), maxsplit=1)
+    motion = rest[0] if rest else ""
     if not motion:
         raise ClipError(raw.name, found="no MOTION section", expected="HIERARCHY, then MOTION")
     joints = _parse_hierarchy(_with_points(hierarchy), raw.name)
@@ -124,11 +127,13 @@ def _joint(kind: str, name: str, parent: int, joints: list[_Joint]) -> _Joint:
 
 def _with_points(text: str) -> str:
     """Text whose numbers are written with decimal points, as programs in some languages write them with commas."""
-    return text.replace(",", ".") if "," in text and "." not in text else text
+    return _COMMA.sub(".", text) if "," in text and not _POINT.search(text) else text
 
 
 def _rate(text: str, options: ReadOptions, where: str) -> tuple[float, Finding, str, str]:
     """Frames per second, how they are known, and as texts the number of frames and their rows."""
+    if re.match(r"\s*Frames:\d", text):
+        text = text.replace("Frames:", "Frames: ", 1)
     words = text.split(maxsplit=5)
     if len(words) < 5 or words[0] != "Frames:" or words[2:4] != ["Frame", "Time:"]:
         raise ClipError(
@@ -151,7 +156,7 @@ def _rate(text: str, options: ReadOptions, where: str) -> tuple[float, Finding, 
 
 def _whole(fps: float) -> float:
     """A rate within the rounding of its frame time, which is written with 6 or 7 digits, of a whole number is that number."""
-    return float(round(fps)) if abs(fps - round(fps)) < 1e-6 * fps**2 else fps
+    return float(round(fps)) if fps < FASTEST and abs(fps - round(fps)) < 1e-6 * fps**2 else fps
 
 
 def _parse_rows(count: str, text: str, width: int, where: str) -> Float[ndarray, "T W"]:

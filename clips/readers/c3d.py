@@ -179,17 +179,17 @@ def _unit(raw: RawFile, told: str, options: ReadOptions) -> tuple[float, Finding
 
 def _one_subject(raw: RawFile, content: Mapping[str, ndarray], options: ReadOptions) -> Mapping[str, ndarray]:
     """What belongs to one person: two in one file share their markers' names but for the prefix, and together are nobody."""
-    labels = [str(label).strip() for label in content["labels"]]
+    labels = [str(label).strip() for label in content["labels"]][: content["points"].shape[1]]
     counts = Counter(label.split(":")[0] for label in labels if ":" in label)
     subjects = [name for name, count in counts.items() if count >= _SUBJECT]
     chosen = dict(zip(map(str, range(1, len(subjects) + 1)), subjects, strict=True)).get(
         options.person or "", options.person
     )
     if chosen in subjects:
-        own = np.array([label.startswith(f"{chosen}:") for label in labels])
-        points, residuals = content["points"][:, : len(own)][:, own], content["residuals"][: len(own)][own]
+        own = np.flatnonzero([label.startswith(f"{chosen}:") for label in labels])
+        points, residuals = content["points"][:, own], content["residuals"][own]
         return {**content, "labels": content["labels"][own], "points": points, "residuals": residuals}
-    if len(subjects) > 1 or options.person is not None:
+    if len(subjects) > 1 or options.person not in (None, "1"):
         raise ClipError(
             raw.name, found=f"{len(subjects)} subjects ({', '.join(subjects)})", expected="one of them",
             cure="say which, by name or by number", option="person", suggestion="1",

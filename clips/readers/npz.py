@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from clips.clip import Clip, RobotClip
+from clips.clip import MIN_FRAMES, Clip, RobotClip
 from clips.errors import ClipError
 from clips.identify import breadth_first, check_against_bodies, check_against_velocities, choose_layout, robot_clip
 from clips.provenance import MAX_UNPACKED, Finding, RawFile, ReadOptions
@@ -110,6 +110,8 @@ def _need(raw: RawFile, data: Mapping[str, ndarray], dims: Mapping[str, int]) ->
         array = data[key]
         if array.ndim != ndim or len({np.shape(data[k])[:1] for k, n in dims.items() if n > 1 and k in data}) > 1:
             raise ClipError(f"{raw.name}, {key}", found=f"shape {array.shape}", expected=f"{ndim} axes, frames first")
+        if ndim > 1 and len(array) < MIN_FRAMES:
+            raise ClipError(f"{raw.name}, {key}", found=f"{len(array)} frames", expected=f"at least {MIN_FRAMES}")
         if ndim > 1 and array.dtype.kind not in "fiu":
             raise ClipError(f"{raw.name}, {key}", found=f"{array.dtype} values", expected="numbers")
 
@@ -120,6 +122,7 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
     fps, finding = rate(raw, data, options, "fps")
     count = data["joint_pos"].shape[1]
     if "joint_names" in data and "meta" in data:
+        _need(raw, data, {"joint_names": 1} | ({"body_names": 1} if "body_names" in data else {}))
         try:
             robot = str(options.source_robot or json.loads(str(data["meta"]))["robot"])
         except (ValueError, KeyError, TypeError) as e:
@@ -135,7 +138,7 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
         names, order = _order_by_kinematics(raw, load_robot(robot), depth_first, data)
         more = []
         dialect = "BeyondMimic motion.npz"
-    more += _rate_held(raw, data, "joint_pos", "joint_vel", fps)
+    more += _rate_held(raw, data, "joint_pos", "joint_vel", fps, options)
     return robot_clip(
         raw,
         dialect=dialect,
@@ -170,9 +173,11 @@ def _held(
     return [check_against_bodies(raw, model, names, joints[some].astype(float), bodies, places)]
 
 
-def _rate_held(raw: RawFile, data: Mapping[str, ndarray], positions: str, velocities: str, fps: float) -> list[Finding]:
-    """Hold stated velocities against positions."""
-    if velocities not in data or data[velocities].dtype.kind != "f":
+def _rate_held(
+    raw: RawFile, data: Mapping[str, ndarray], positions: str, velocities: str, fps: float, options: ReadOptions
+) -> list[Finding]:
+    """Hold the file's velocities against its positions at its own rate; the user's is believed."""
+    if options.fps is not None or velocities not in data or data[velocities].dtype.kind != "f":
         return []
     found = check_against_velocities(raw, data[positions], data[velocities], fps)
     return [] if found is None else [found]
@@ -222,7 +227,7 @@ def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) 
             f"{raw.name}, body_names", found=", ".join(bodies[:4]) + " ...", expected=f"{robot}'s root '{root}'"
         )
     more = _held(raw, robot, names, data, ("dof_positions", "body_names", "body_positions", "body_rotations"))
-    more += _rate_held(raw, data, "dof_positions", "dof_velocities", fps)
+    more += _rate_held(raw, data, "dof_positions", "dof_velocities", fps, options)
     return robot_clip(
         raw,
         dialect="Isaac AMP npz",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from clips.clip import Clip, HumanClip, RobotClip
+from clips.clip import MIN_FRAMES, Clip, HumanClip, RobotClip
 from clips.errors import ClipError
 from clips.identify import check_against_bodies, choose_layout, joint_order, joints_by_name, robot_clip
 from clips.provenance import Finding, RawFile, ReadOptions
@@ -72,12 +72,12 @@ def _gmr(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> Robo
     )
 
 
-def _phc(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> RobotClip:
+def _phc(raw: RawFile, content: Mapping[Any, Any], options: ReadOptions) -> RobotClip:
     missing = {"root_trans_offset", "root_rot", "dof"} - set(content)
     if missing:
         raise ClipError(
             raw.name,
-            found=f"no {', '.join(sorted(missing))} among {', '.join(content)}",
+            found=f"no {', '.join(sorted(missing))} among {', '.join(map(str, content))}",
             expected="a PHC/ASAP/PBHC clip",
         )
     return _joint_space(
@@ -105,7 +105,10 @@ def _aist(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> Hum
             cure="state it", option="fps", suggestion="60",
         )  # fmt: skip
     poses, trans = (_numbers(raw, key, content[key]) for key in ("smpl_poses", "smpl_trans"))
-    scaling = np.asarray(content.get("smpl_scaling", 1.0), dtype=float).reshape(-1)
+    try:
+        scaling = np.asarray(content.get("smpl_scaling", 1.0), dtype=float).reshape(-1)
+    except (TypeError, ValueError):
+        scaling = np.zeros(0)
     if scaling.size != 1 or not scaling[0] > 0.0:
         raise ClipError(
             f"{raw.name}, smpl_scaling", found=_told(content["smpl_scaling"]), expected="one number above 0"
@@ -189,13 +192,17 @@ def _words(said: Mapping[str, Any], keys: tuple[str, ...]) -> list[str]:
     """The names under the first of some keys that holds any."""
     for key in keys:
         value = said.get(key)
-        if isinstance(value, Sequence | np.ndarray) and len(value) and all(isinstance(v, str) for v in value):
+        if (
+            isinstance(value, list | tuple | np.ndarray)
+            and np.ndim(value) == 1
+            and all(isinstance(v, str) for v in value)
+        ):
             return [str(v) for v in value]
     return []
 
 
 def _check_root(raw: RawFile, pos: ndarray, quat: ndarray, joints: ndarray) -> None:
-    if pos.shape[1:] != (3,) or quat.shape[1:] != (4,) or not len(pos) == len(quat) == len(joints):
+    if pos.shape[1:] != (3,) or quat.shape[1:] != (4,) or not MIN_FRAMES <= len(pos) == len(quat) == len(joints):
         raise ClipError(
             raw.name, found=f"root positions {pos.shape}, rotations {quat.shape} and joints {joints.shape}",
             expected="frames by 3, 4 and joints",

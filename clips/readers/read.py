@@ -37,6 +37,11 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
     raw = RawFile.load(path)
     for reader in READERS:
         if reader.recognises(raw):
+            if reader not in (bvh, c3d) and options.person not in (None, "1"):
+                raise ClipError(
+                    raw.name, found=f"person '{options.person}' asked for", expected="1: files of this layout hold one person",
+                    option="person", suggestion="1",
+                )  # fmt: skip
             return _as_stated(reader.read(raw, options), options)
     for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
         if raw.head.lstrip().startswith(magic):
@@ -53,7 +58,11 @@ def _person_of(path: Path, options: ReadOptions) -> tuple[Path, ReadOptions]:
     """`FILE#2` is the second person of a file."""
     name, _, number = path.name.rpartition("#")
     if name and number.isdigit() and not path.exists():
-        return path.with_name(name), replace(options, person=options.person or number)
+        if options.person not in (None, number):
+            raise ClipError(
+                str(path), found=f"person '{options.person}' beside it", expected="one of the two", option="person"
+            )
+        return path.with_name(name), replace(options, person=number)
     return path, options
 
 

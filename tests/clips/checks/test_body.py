@@ -8,7 +8,7 @@ from conftest import SAMPLES
 from damage import exchanged, read_shared
 
 from clips import ClipError, at_speed, read_clip, repair
-from clips.checks import CHECKS, check_bones, check_facing, check_gravity
+from clips.checks import CHECKS, check_bones, check_facing, check_gravity, check_jumps
 
 CLIPS = ["bvh/bandai1_dance_short_normal_001.bvh", "npz/asap_smpl_apt_level1.npz", "amc/cmu_lambada.amc"]
 
@@ -61,3 +61,33 @@ def test_every_check_answers_for_the_samples():
         for question in CHECKS:
             check = question(clip)
             assert check.verdict in ("holds", "cannot tell") and check.what and check.value and check.limit
+
+
+def test_a_bone_without_a_length_says_nothing(clip):
+    positions = clip.positions.copy()
+    for side in ("left", "right"):
+        toe, ankle = (clip.names.index(clip.landmarks[f"{side}_{p}"]) for p in ("toe", "ankle"))
+        positions[:, toe] = positions[:, ankle]
+    assert check_bones(replace(clip, positions=positions)).verdict == "holds"
+
+
+@pytest.mark.parametrize("frames", [3, 5, 9])
+@pytest.mark.parametrize("fps", [1.0, 20.0, 2000.0])
+def test_the_shortest_clips_are_asked_too(frames, fps):
+    from stick_person import person
+
+    for question in CHECKS:
+        assert "nan" not in question(person(frames, fps)).value
+
+
+def test_a_fast_gesture_at_a_low_rate_is_no_tear():
+    from stick_person import NAMES, person
+
+    clip = person(40, 10.0)
+    raised = clip.positions.copy()
+    turn = np.radians(120.0) * np.clip((np.arange(40) / 10.0 - 2.0) / 0.35, 0.0, 1.0)
+    shoulder = raised[:, NAMES.index("left_shoulder")]
+    for part, long in (("left_elbow", 0.28), ("left_wrist", 0.53)):
+        way = np.stack((np.zeros(40), np.sin(turn), -np.cos(turn)), axis=1)
+        raised[:, NAMES.index(part)] = shoulder + long * way
+    assert check_jumps(replace(clip, positions=raised, orientations=None)).verdict != "refused"

@@ -87,3 +87,11 @@ def test_a_dancer_who_bursts_out_of_stillness_keeps_every_frame():
     positions[:, at, 0] += strike
     clip = replace(dance, positions=positions, orientations=None)
     assert without_false_ends(clip) is clip
+
+
+def test_one_jump_in_a_short_clip_is_cut_once():
+    dance = read_clip(SAMPLES / "groove.bvh")
+    positions = np.repeat(dance.positions[:1], 40, axis=0)
+    positions[20:] += [0.1, 0.0, 0.0]
+    short = replace(dance, fps=120.0, positions=positions, orientations=None)
+    assert without_false_ends(short).frames >= 20

@@ -119,3 +119,42 @@ def test_a_rate_that_its_velocities_contradict_is_refused_with_the_right_one(tmp
 def test_velocities_of_a_rounded_rate_are_no_contradiction(tmp_path, shared):
     true = read_clip(shared / "npz/amp_G1_dance.npz").fps
     assert read_clip(altered(shared / "npz/amp_G1_dance.npz", tmp_path, fps=np.array(1.05 * true))).fps > true
+
+
+@pytest.mark.parametrize("velocities, verdict", [(0.0, None), (np.nan, None), (-1.0, "velocities that follow")])
+def test_velocities_that_tell_no_rate_name_none(tmp_path, shared, velocities, verdict):
+    """Placeholders say nothing; a sign that is turned is no rate."""
+    with np.load(shared / "npz/amp_G1_dance.npz", allow_pickle=False) as arrays:
+        true = arrays["dof_velocities"]
+    path = altered(shared / "npz/amp_G1_dance.npz", tmp_path, dof_velocities=velocities * true)
+    if verdict is None:
+        assert not any(f.what == "rate" for f in read_clip(path).source.findings)
+    else:
+        with pytest.raises(ClipError, match=verdict):
+            read_clip(path)
+
+
+def test_a_stated_rate_is_believed(tmp_path, shared):
+    true = read_clip(shared / "npz/amp_G1_dance.npz").fps
+    assert read_clip(shared / "npz/amp_G1_dance.npz", ReadOptions(fps=0.5 * true)).fps == 0.5 * true
+
+
+def test_bodies_that_are_no_numbers_are_refused(tmp_path, shared):
+    content = dict(load(RawFile.load(shared / GMR[0])))
+    content["local_body_pos"] = np.full(np.shape(content["local_body_pos"]), np.nan)
+    with pytest.raises(ClipError, match="not finite"):
+        read_clip(saved(tmp_path, content))
+
+
+@pytest.mark.parametrize(
+    "content", [{1: {2: 3}}, {"smpl_poses": np.zeros((9, 72)), "smpl_trans": np.zeros((9, 3)), "smpl_scaling": "x"}]
+)
+def test_odd_pickles_are_refused_and_nothing_else(tmp_path, content):
+    with pytest.raises(ClipError):
+        read_clip(saved(tmp_path, content), ReadOptions(fps=60.0))
+
+
+@pytest.mark.parametrize("names", ["abc", np.array("abc"), []])
+def test_names_that_are_none_are_left_alone(tmp_path, shared, names):
+    content, clip = gmr_of(shared, ROBOTS_OWN[0], joint_names=names)
+    np.testing.assert_allclose(read_clip(saved(tmp_path, content)).joint_pos, clip.joint_pos)

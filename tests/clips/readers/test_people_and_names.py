@@ -252,3 +252,29 @@ def test_real_collar_bones_under_the_name_of_a_shoulder_begin_no_arm(tmp_path, s
     clip, honest = read_clip(write(tmp_path, renamed(text, names))), read_clip(shared / file)
     for landmark in ("left_shoulder", "left_elbow", "right_wrist"):
         np.testing.assert_array_equal(clip.point(landmark), honest.point(landmark))
+
+
+def test_words_of_the_format_inside_names_are_names(tmp_path):
+    clip = read_clip(write(tmp_path, renamed(GROOVE, {"Hips": "MOTION_Hips", "Spine": "LOCOMOTION"})))
+    assert {"MOTION_Hips", "LOCOMOTION"} <= set(clip.names)
+
+
+def test_decimal_commas_beside_names_with_dots_are_read(tmp_path):
+    text = re.sub(r"(\d)\.(\d)", r"\1,\2", renamed(GROOVE, {"LeftUpLeg": "thigh.L", "RightUpLeg": "thigh.R"}))
+    np.testing.assert_array_equal(
+        read_clip(write(tmp_path, text)).positions, read_clip(SAMPLES / "groove.bvh").positions
+    )
+
+
+def test_frames_without_a_blank_and_an_absurd_frame_time(tmp_path):
+    assert read_clip(write(tmp_path, GROOVE.replace("Frames: ", "Frames:"))).frames == 601
+    with pytest.raises(ClipError, match="frames per second"):
+        read_clip(write(tmp_path, re.sub(r"Frame Time: \S+", "Frame Time: 1e-320", GROOVE)))
+
+
+def test_a_second_person_of_a_file_that_holds_one_is_refused(tmp_path):
+    assert read_clip(f"{SAMPLES / 'groove.csv'}#1").frames == 601
+    with pytest.raises(ClipError, match="files of this layout hold one person"):
+        read_clip(f"{SAMPLES / 'groove.csv'}#2")
+    with pytest.raises(ClipError, match="one of the two"):
+        read_clip(f"{SAMPLES / 'groove.bvh'}#2", ReadOptions(person="3"))
