@@ -13,6 +13,7 @@ WIDE = [  # dances that go somewhere, and walks
     "csv/g1moves/M_Move5.csv", "csv/g1moves/B_ForwardKarate.csv", "pkl/gmt_dance.pkl", "csv/lafan1_g1_dance2_subject1.csv",
     "pkl/twist2_yanjie_walk_001.pkl", "deepmimic/humanoid3d_walk.txt",
 ]  # fmt: skip
+FEW = [pytest.param(file, marks=() if k % 2 else pytest.mark.slow) for k, file in enumerate(WIDE)]
 ON_THE_SPOT = ["npz/asap_smpl_apt_level1.npz", "csv/g1_gangnam_style_60hz.csv", "csv/g1moves/J_Dance21_Blunt.csv"]
 
 
@@ -30,7 +31,7 @@ def lean_left_over(clip, degrees, heading):
 
 
 @pytest.mark.parametrize("degrees, heading", [(10.0, 20.0), (20.0, 250.0), (35.0, 300.0)])
-@pytest.mark.parametrize("file", WIDE)
+@pytest.mark.parametrize("file", FEW)
 def test_a_leaning_world_is_turned_upright_and_told(shared, file, degrees, heading):
     clip = repair(read_shared(shared, file))
     left, mended = lean_left_over(clip, degrees, heading)
