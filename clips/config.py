@@ -26,7 +26,7 @@ class RepairConfig:
     flash_limbs: int = 3  # that jump where a pose flashes up; a point that flies off turns two
     fastest_turn: float = 15.0  # of a limb that a person may turn out of stillness [rad/s]
     torn_turn: float = 0.8  # of a limb in one frame, beyond which two motions were joined [rad]
-    stands_out: float = 5.0  # so many times the steps beside it a jump is; of 54 recordings' steps 2.6 at most
+    stands_out: float = 5.0  # so many times the steps beside it a jump is; of 20 recordings of people 2.6 at most
     out_of_stillness: float = 2.0  # the same for the step behind frames that nothing moves in
     still_turn: float = 0.5  # of any limb in such frames [rad/s]
     stalled_speed: float = (
@@ -114,7 +114,7 @@ class TravelConfig:
     near_floor: float = 0.05  # height of the lowest foot over its floor [m]
     least_s: float = 0.3  # of such frames [s]
     held_height: float = 0.005  # change of the hips' height below which it was not recorded [m]
-    of_drive: tuple[float, float] = (0.4, 1.7)  # the pelvis' speed as a share of it; 54 recordings have 0.44 to 1.2
+    of_drive: tuple[float, float] = (0.4, 1.7)  # the pelvis' speed as a share of it; 60 recordings have 0.44 to 1.2
     long_s: float = (
         8.0  # of such frames, from which on that holds; of shorter stretches some slide and turn on the spot [s]
     )

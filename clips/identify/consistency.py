@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -15,83 +16,85 @@ from clips.provenance import FASTEST, SLOWEST, Finding, RawFile
 from robot_models import RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
 
-MOST_MISFIT = IDENTIFY.bodies_fit  # of bodies and joints that are named rightly [m]
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NamedMotion:
+    """What a file says twice: joint angles by name, and by name the places of the bodies that they move. T frames."""
+
+    robot: RobotModel
+    joints: tuple[str, ...]  # names of the columns of `joint_pos`; others rest
+    joint_pos: Float[ndarray, "T J"]  # [rad]
+    bodies: tuple[str, ...]  # names of the columns of `places`; those that the robot does not have say nothing
+    places: Float[ndarray, "T B 3"]  # of the bodies' origins in the root body's frame [m]
+
+    @property
+    def misfit(self) -> float:
+        """How far the stated bodies are from those that the joint angles give [m], worst of some frames."""
+        robot, names = self.robot, self.robot.body_names[1:]
+        frames = np.unique(np.linspace(0, len(self.joint_pos) - 1, IDENTIFY.bodies_frames).astype(int))
+        known = [(column, robot.body(name)) for column, name in enumerate(self.bodies) if name in names]
+        if not known:
+            return 0.0
+        qpos = np.tile(robot.zero_qpos, (len(frames), 1))
+        qpos[:, 7:] = robot.default_joint_pos
+        qpos[:, [7 + robot.joint(name) for name in self.joints]] = self.joint_pos[frames]
+        pos, quat = forward_kinematics(robot, qpos)
+        columns, ids = map(list, zip(*known, strict=True))
+        found = in_root(pos, quat, 0)[:, ids]
+        return float(np.linalg.norm(found - self.places[frames][:, columns], axis=-1).max())
+
+    def contradiction(self) -> tuple[str, str] | None:
+        """What is wrong, and how to mend it; None where names and numbers agree.
+
+        Another version of the robot misses by a few centimetres and is no contradiction, unless another customary order of
+        the names fits, which is told then.
+        """
+        off = self.misfit
+        if off <= IDENTIFY.bodies_fit:
+            return None
+        fits = self._order_that_fits()
+        if not fits and off <= IDENTIFY.bodies_off:
+            return None
+        found = f"joint angles that put its own bodies {off:.2f} m away from where it says they are"
+        return (
+            found,
+            f"they fit with {fits}: correct the names" if fits else "correct the names; or is it another robot's?",
+        )
+
+    def _order_that_fits(self) -> str:
+        others = {
+            f"joint names {k}": replace(self, joints=v) for k, v in _orders(self.robot, "joint", self.joints).items()
+        }
+        others |= {
+            f"body names {k}": replace(self, bodies=v) for k, v in _orders(self.robot, "body", self.bodies).items()
+        }
+        return next((order for order, other in others.items() if other.misfit < IDENTIFY.bodies_fit), "")
 
 
-def misfit(
-    robot: RobotModel,
-    joints: Sequence[str],
-    joint_pos: Float[ndarray, "T J"],
-    bodies: Sequence[str],
-    places: Float[ndarray, "T B 3"],
-) -> float:
-    """How far the bodies that a file states are from those that its joint angles give [m], worst of some frames.
-
-    Args:
-        robot: whose joints and bodies they are.
-        joints: names of the columns of `joint_pos`; others rest.
-        joint_pos: [rad].
-        bodies: names of the columns of `places`; those that the robot does not have say nothing.
-        places: of the bodies' origins in the root body's frame [m].
-    """
-    frames = np.unique(np.linspace(0, len(joint_pos) - 1, IDENTIFY.bodies_frames).astype(int))
-    known = [(column, robot.body(name)) for column, name in enumerate(bodies) if name in robot.body_names[1:]]
-    if not known:
-        return 0.0
-    qpos = np.tile(robot.zero_qpos, (len(frames), 1))
-    qpos[:, 7:] = robot.default_joint_pos
-    qpos[:, [7 + robot.joint(name) for name in joints]] = joint_pos[frames]
-    pos, quat = forward_kinematics(robot, qpos)
-    local = rot.rotate(np.broadcast_to(rot.conjugate(quat[:, :1]), quat.shape), pos - pos[:, :1])
-    columns, ids = zip(*known, strict=True)
-    return float(np.linalg.norm(local[:, list(ids)] - places[frames][:, list(columns)], axis=-1).max())
+def in_root(pos: Float[ndarray, "T B 3"], quat: Float[ndarray, "T B 4"], root: int) -> Float[ndarray, "T B 3"]:
+    """World positions of bodies in the frame of one of them [m]."""
+    turned = np.broadcast_to(rot.conjugate(rot.normalise(quat[:, root : root + 1])), quat.shape)
+    return np.asarray(rot.rotate(turned, pos - pos[:, root : root + 1]))
 
 
-def order_that_fits(
-    robot: RobotModel,
-    joints: Sequence[str],
-    joint_pos: Float[ndarray, "T J"],
-    bodies: Sequence[str],
-    places: Float[ndarray, "T B 3"],
-) -> str:
-    """Which other order of the names would fit the numbers, in words; "" where none of the customary ones does."""
-    for order, other in _orders(robot, "joint", joints).items():
-        if misfit(robot, other, joint_pos, bodies, places) < IDENTIFY.bodies_fit:
-            return f"joint names {order}"
-    for order, other in _orders(robot, "body", bodies).items():
-        if misfit(robot, joints, joint_pos, other, places) < IDENTIFY.bodies_fit:
-            return f"body names {order}"
-    return ""
-
-
-def check_against_bodies(
-    raw: RawFile,
-    robot: RobotModel,
-    joints: Sequence[str],
-    joint_pos: Float[ndarray, "T J"],
-    bodies: Sequence[str],
-    places: Float[ndarray, "T B 3"],
-) -> Finding:
+def check_against_bodies(raw: RawFile, motion: NamedMotion) -> Finding:
     """That the joints of a file are named as its bodies show them.
 
     Raises:
         ClipError: forward kinematics of its joints gives other bodies than it states, or these are no numbers.
     """
-    if not np.isfinite(places).all():
+    if not np.isfinite(motion.places).all():
         raise ClipError(f"{raw.name}, places of bodies", found="numbers that are not finite", expected="metres")
-    if not set(bodies) & set(robot.body_names[1:]):
-        why = f"none of its bodies ({', '.join(bodies[:3])} ...) is one of {robot.name}'s"
+    robot = motion.robot
+    if not set(motion.bodies) & set(robot.body_names[1:]):
+        why = f"none of its bodies ({', '.join(motion.bodies[:3])} ...) is one of {robot.name}'s"
         return Finding(what="joint names", value="as stated", why=why, confidence="stated")
-    off = misfit(robot, joints, joint_pos, bodies, places)
-    fits = order_that_fits(robot, joints, joint_pos, bodies, places) if off > IDENTIFY.bodies_fit else ""
-    if fits or off > IDENTIFY.bodies_off:
-        raise ClipError(
-            raw.name, found=f"joint angles that put its own bodies {off:.2f} m away from where it says they are",
-            expected="names in the order of the numbers",
-            cure=f"they fit with {fits}: correct the names" if fits else "correct the names; or is it another robot's file?",
-        )  # fmt: skip
-    why = f"forward kinematics gives its own bodies to {1000 * off:.2g} mm"
+    wrong = motion.contradiction()
+    if wrong:
+        raise ClipError(raw.name, found=wrong[0], expected="names in the order of the numbers", cure=wrong[1])
+    off = motion.misfit
     sure = off <= IDENTIFY.bodies_fit
+    why = f"forward kinematics gives its own bodies to {1000 * off:.2g} mm"
     why += "" if sure else ": another version of the robot's model, it seems"
     return Finding(
         what="joint names", value="as its bodies show", why=why, confidence="measured" if sure else "assumed"

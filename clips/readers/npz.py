@@ -14,7 +14,15 @@ from numpy import ndarray
 
 from clips.clip import MIN_FRAMES, Clip, RobotClip
 from clips.errors import ClipError
-from clips.identify import breadth_first, check_against_bodies, check_against_velocities, choose_layout, robot_clip
+from clips.identify import (
+    NamedMotion,
+    breadth_first,
+    check_against_bodies,
+    check_against_velocities,
+    choose_layout,
+    in_root,
+    robot_clip,
+)
 from clips.provenance import MAX_UNPACKED, Finding, RawFile, ReadOptions
 from clips.readers import smpl
 from clips.readers.rates import rate
@@ -168,9 +176,11 @@ def _held(
     root = bodies.index(model.body_names[0])
     some = np.unique(np.linspace(0, len(joints) - 1, _SOME).astype(int))
     positions, rotations = positions[some].astype(float), rotations[some].astype(float)
-    turned = np.broadcast_to(rot.conjugate(rot.normalise(rotations[:, root : root + 1])), rotations.shape)
-    places = rot.rotate(turned, positions - positions[:, root : root + 1])
-    return [check_against_bodies(raw, model, names, joints[some].astype(float), bodies, places)]
+    motion = NamedMotion(
+        robot=model, joints=names, joint_pos=joints[some].astype(float), bodies=tuple(bodies),
+        places=in_root(positions, rotations, root),
+    )  # fmt: skip
+    return [check_against_bodies(raw, motion)]
 
 
 def _rate_held(

@@ -10,7 +10,7 @@ from numpy import ndarray
 
 from clips.clip import MIN_FRAMES, Clip, HumanClip, RobotClip
 from clips.errors import ClipError
-from clips.identify import check_against_bodies, choose_layout, joint_order, joints_by_name, robot_clip
+from clips.identify import NamedMotion, check_against_bodies, choose_layout, joint_order, joints_by_name, robot_clip
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import smpl
 from clips.readers.unpickler import OPENERS, load
@@ -185,7 +185,10 @@ def _checked_bodies(
             f"{raw.name}, local_body_pos", found=f"shape {array.shape} for {len(joints)} frames and {len(bodies)} names",
             expected="one place for each",
         )  # fmt: skip
-    return check_against_bodies(raw, load_robot(robot), names, joints, bodies, array)
+    motion = NamedMotion(
+        robot=load_robot(robot), joints=tuple(names), joint_pos=joints, bodies=tuple(bodies), places=array
+    )
+    return check_against_bodies(raw, motion)
 
 
 def _words(said: Mapping[str, Any], keys: tuple[str, ...]) -> list[str]:

@@ -71,6 +71,10 @@ def _as_stated(clip: Clip, options: ReadOptions) -> Clip:
     if options.level is False:
         floor = Finding(what="floor", value="left as it is", why="given", confidence="stated", option="level")
         clip = replace(clip, source=replace(clip.source, findings=(*clip.source.findings, floor)))
+    if options.travel is not None or options.travel_scale is not None:
+        said = options.travel or f"x {options.travel_scale:g}"
+        travel = Finding(what="travel", value=said, why="given", confidence="stated", option="travel_scale")
+        clip = replace(clip, source=replace(clip.source, findings=(*clip.source.findings, travel)))
     if options.travel_scale is not None and isinstance(clip, HumanClip):  # a robot's root is checked against its floor
         clip = travel_scaled(clip, options.travel_scale)
     return travel_from_feet(clip) if options.travel == "from-feet" else clip

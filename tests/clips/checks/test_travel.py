@@ -102,3 +102,18 @@ def test_a_robots_root_in_centimetres_is_told_with_its_factor(tmp_path, shared):
     assert (refused.value.option, refused.value.suggestion) == ("travel_scale", "100")
     cured = read_clip(tmp_path / "small.csv", ReadOptions(fps=60.0, travel_scale=100.0))
     np.testing.assert_allclose(cured.root_pos, read_clip(source, ReadOptions(fps=60.0)).root_pos, atol=1e-6)
+
+
+def test_who_slides_on_the_spot_and_says_so_is_believed(tmp_path):
+    """A dance whose feet slide under a body that stays, as the running man: refused, unless its travel is stated."""
+    text = (SAMPLES / "groove.bvh").read_text()
+    head, _, rows = text.partition("Frame Time: ")
+    dt, *lines = rows.splitlines()
+    first = lines[0].split()[:3]
+    (tmp_path / "spot.bvh").write_text(
+        head + "Frame Time: " + "\n".join([dt, *(" ".join([*first, *r.split()[3:]]) for r in lines if r.strip())])
+    )
+    with pytest.raises(ClipError, match="travel is missing"):
+        repair(read_clip(tmp_path / "spot.bvh"))
+    kept = repair(read_clip(tmp_path / "spot.bvh", ReadOptions(travel_scale=1.0)))
+    assert np.ptp(kept.point("pelvis")[:, :2], axis=0).max() < 1e-9 and check_travel(kept).verdict == "doubtful"

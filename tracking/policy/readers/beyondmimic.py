@@ -11,7 +11,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips import Reference, make_reference
-from clips.identify import MOST_MISFIT, misfit, order_that_fits
+from clips.identify import NamedMotion, in_root
 from robot_models import RobotModel
 from robot_models.maths import rotation as rot
 from tracking.errors import TrackingError
@@ -96,17 +96,14 @@ def _hold_against_itself(
     robot: RobotModel, joints: Sequence[str], bodies: Sequence[str], motion: Mapping[str, ndarray], path: Path
 ) -> None:
     """Refuse names that the motion inside contradicts: forward kinematics of its joints has to give its bodies."""
-    root = bodies.index(robot.body_names[0])
-    turned = np.broadcast_to(rot.conjugate(motion["body_quat_w"][:, root : root + 1]), motion["body_quat_w"].shape)
-    places = rot.rotate(turned, motion["body_pos_w"] - motion["body_pos_w"][:, root : root + 1])
-    off = misfit(robot, joints, motion["joint_pos"], bodies, places)
-    fits = order_that_fits(robot, joints, motion["joint_pos"], bodies, places) if off > MOST_MISFIT else ""
-    if fits or off > 3.0 * MOST_MISFIT:
-        raise TrackingError(
-            f"{path}, metadata", found=f"a motion whose joints put its bodies {off:.2f} m away from where it says they are",
-            expected="joint_names and body_names in the order of the network's numbers",
-            cure=f"they fit with {fits}: correct the metadata" if fits else "correct the metadata; or is it another robot's?",
-        )  # fmt: skip
+    places = in_root(motion["body_pos_w"], motion["body_quat_w"], bodies.index(robot.body_names[0]))
+    named = NamedMotion(
+        robot=robot, joints=tuple(joints), joint_pos=motion["joint_pos"], bodies=tuple(bodies), places=places
+    )
+    wrong = named.contradiction()
+    if wrong:
+        expected = "joint_names and body_names in the order of the network's numbers"
+        raise TrackingError(f"{path}, metadata", found=wrong[0], expected=expected, cure=wrong[1])
 
 
 def _in_root(velocity: ndarray, motion: Mapping[str, ndarray], root: int) -> Float[ndarray, "T 3"]:
