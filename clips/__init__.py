@@ -8,16 +8,8 @@ from clips.files import OutputError, aside, write_whole
 from clips.metrics import MetricKey, metric_key, metric_label
 from clips.provenance import Finding, Provenance, ReadOptions, Repair
 from clips.readers import read_clip
-from clips.reference import (
-    FREE,
-    PIVOTING,
-    PLANTED,
-    Reference,
-    check_reference_against,
-    load_reference,
-    make_reference,
-    save_reference,
-)
+from clips.reference import FREE, PIVOTING, PLANTED, Reference, make_reference
+from clips.reference_file import check_reference_against, load_reference, save_reference
 from clips.writers import LAYOUTS, read_back, write_motion
 from robot_models import __version__
 

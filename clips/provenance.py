@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Literal
 
 from clips.errors import ClipError
+from robot_models.incoming import read_bytes
 
-MAX_BYTES = 1 << 30
 SLOWEST, FASTEST = 1.0, 2000.0  # frames per second of a recording
-MAX_UNPACKED = 1 << 29  # of a compressed file: an hour of a robot with thirty bodies is 320 MB
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,18 +126,10 @@ class RawFile:
         Raises:
             ClipError: no file, a folder, no right to read it, empty, or absurdly large.
         """
-        if not path.is_file():
-            kind = "a folder" if path.is_dir() else "no such file"
-            raise ClipError(str(path), found=kind, expected="a motion file", cure="check the path")
-        size = path.stat().st_size
-        if not 0 < size <= MAX_BYTES:
-            raise ClipError(str(path), found=f"{size} bytes", expected=f"1 to {MAX_BYTES} bytes")
-        try:
-            return cls(path=path, data=path.read_bytes())
-        except OSError as e:
-            raise ClipError(
-                str(path), found=f"a file that cannot be read ({e.strerror})", expected="a readable file"
-            ) from e
+        data = read_bytes(path, expected="a motion file", error=ClipError)
+        if not data:
+            raise ClipError(str(path), found="0 bytes", expected="a motion file")
+        return cls(path=path, data=data)
 
     @property
     def name(self) -> str:

@@ -1,17 +1,9 @@
-"""`Reference`: what the robot shall do, and its file, `*.npz` of format version 1 (docs/formats.md).
-
-The first seven keys are those of mjlab's and BeyondMimic's `motion.npz` in MuJoCo order, so that their trackers
-load the file unchanged. A reader recomputes the forward kinematics and refuses a file whose bodies do not follow
-from its joints.
-"""
+"""`Reference`: what the robot shall do, on a uniform time grid."""
 
 from __future__ import annotations
 
-import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,17 +11,13 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips.errors import ReferenceFileError
-from clips.files import write_whole
 from clips.metrics import metric_key, metric_label
 from robot_models import CONTACT_NAMES, RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
 
-FORMAT_VERSION = 1
 FREE, PLANTED, PIVOTING = 0, 1, 2
-_TOLERANCE = {"float64": 1e-9, "float32": 1e-5}  # of stored body poses against forward kinematics [m, rad]
 _UNIT = 1e-4  # of a quaternion's length off one: single precision, and what other tools round to
-_MOTION = ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w")
-_KEYS = ("fps", *_MOTION, "joint_names", "body_names", "contact", "contact_names", "segments", "meta")
+MOTION = ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,7 +48,7 @@ class Reference:
             raise _refused("fps", repr(self.fps), "frames per second, above 0")
         frames, joints, bodies = self.frames, len(self.joint_names), len(self.body_names)
         shapes: dict[str, tuple[int, ...]] = {
-            **dict.fromkeys(("joint_pos", "joint_vel", *self._optional), (frames, joints)),
+            **dict.fromkeys(("joint_pos", "joint_vel", *self.optional), (frames, joints)),
             **dict.fromkeys(("body_pos_w", "body_lin_vel_w", "body_ang_vel_w"), (frames, bodies, 3)),
             "body_quat_w": (frames, bodies, 4),
             "contact": (frames, len(CONTACT_NAMES)),
@@ -91,7 +79,7 @@ class Reference:
             raise _refused("segments", f"{self.segments.tolist()}", expected)
 
     @property
-    def _optional(self) -> tuple[str, ...]:
+    def optional(self) -> tuple[str, ...]:
         """The optional keys that this reference has."""
         return ("joint_torque",) if self.joint_torque is not None else ()
 
@@ -171,120 +159,3 @@ def make_reference(
         segments=np.asarray(segments, dtype=np.int64),
         meta=meta,
     )
-
-
-def save_reference(reference: Reference, path: Path, *, float32: bool = False) -> None:
-    """Write the file whole or not at all.
-
-    Raises:
-        DanceError: the folder is absent, read-only or full.
-    """
-    kind = np.float32 if float32 else np.float64
-    meta = {
-        "format_version": FORMAT_VERSION,
-        "units": "m, rad, s",
-        "quaternion_order": "wxyz",
-        "world_frame": "right-handed, z up",
-        "robot": reference.robot,
-        "robot_hash": reference.robot_hash,
-        **reference.meta,
-    }
-    arrays = {k: getattr(reference, k).astype(kind) for k in (*_MOTION, *reference._optional)}
-    with write_whole(path) as stream:
-        np.savez(
-            stream,
-            fps=np.array([reference.fps]),
-            **arrays,
-            joint_names=np.array(reference.joint_names),
-            body_names=np.array(reference.body_names),
-            contact=reference.contact,
-            contact_names=np.array(CONTACT_NAMES),
-            segments=reference.segments,
-            meta=np.array(json.dumps(meta, ensure_ascii=False, sort_keys=True)),
-        )
-
-
-def load_reference(path: Path, robot: RobotModel | None = None) -> Reference:
-    """Read a reference file; with the robot at hand, check it against the robot's forward kinematics.
-
-    Raises:
-        ReferenceFileError: not such a file, a later format, names missing, or numbers that contradict each other.
-    """
-    where = str(path)
-    data = _read_arrays(path)
-    meta = json.loads(str(data["meta"]))
-    if meta.get("format_version") != FORMAT_VERSION:
-        raise ReferenceFileError(
-            where, found=f"format version {meta.get('format_version')}", expected=f"version {FORMAT_VERSION}",
-            cure="use the release that wrote it, or retarget the clip again",
-        )  # fmt: skip
-    if tuple(map(str, data["contact_names"])) != CONTACT_NAMES:
-        raise ReferenceFileError(
-            where, found=f"contact names {list(data['contact_names'])}", expected=f"{list(CONTACT_NAMES)}"
-        )
-    reference = Reference(
-        robot=meta["robot"],
-        robot_hash=meta["robot_hash"],
-        fps=float(data["fps"][0]),
-        joint_names=tuple(map(str, data["joint_names"])),
-        body_names=tuple(map(str, data["body_names"])),
-        **{k: data[k] for k in _MOTION},
-        contact=data["contact"],
-        segments=data["segments"],
-        meta={k: v for k, v in meta.items() if k not in _STATED},
-        joint_torque=data.get("joint_torque"),
-    )
-    if robot is not None:
-        check_reference_against(reference, robot, where)
-    return reference
-
-
-_STATED = ("format_version", "units", "quaternion_order", "world_frame", "robot", "robot_hash")
-
-
-def _read_arrays(path: Path) -> dict[str, ndarray]:
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            missing = [k for k in _KEYS if k not in archive.files]
-            if missing:
-                raise ReferenceFileError(
-                    str(path), found=f"no key {', '.join(missing)}", expected="a reference made by this project",
-                    cure="make one from the clip with dance-retarget",
-                )  # fmt: skip
-            return {k: archive[k] for k in archive.files}
-    except FileNotFoundError as e:
-        raise ReferenceFileError(str(path), found="no such file", expected="a reference (.npz)") from e
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as e:
-        raise ReferenceFileError(str(path), found=f"a file that is no npz archive ({e})", expected="a reference") from e
-
-
-def check_reference_against(reference: Reference, robot: RobotModel, where: str) -> None:
-    """Hold a reference against a robot's names, hash and forward kinematics; `where` is for the message.
-
-    Raises:
-        ReferenceFileError: they contradict each other.
-    """
-    if reference.joint_names != robot.joint_names or reference.body_names != robot.body_names:
-        odd = [
-            n
-            for n in (*reference.joint_names, *reference.body_names)
-            if n not in (*robot.joint_names, *robot.body_names)
-        ]
-        raise ReferenceFileError(
-            where, found=f"names or order that are not {robot.name}'s ({', '.join(odd[:5]) or 'another order'})",
-            expected=f"{robot.name}'s {len(robot.joint_names)} joints and {len(robot.body_names)} bodies",
-        )  # fmt: skip
-    if reference.robot_hash != robot.hash:
-        raise ReferenceFileError(
-            where, found=f"robot hash {reference.robot_hash[:12]}", expected=f"{robot.hash[:12]} of '{robot.name}' as it is now",
-            cure="the robot changed since: retarget the clip again",
-        )  # fmt: skip
-    pos, quat = forward_kinematics(robot, reference.qpos)
-    tolerance = _TOLERANCE["float32" if reference.joint_pos.dtype == np.float32 else "float64"]
-    off = float(np.abs(pos - reference.body_pos_w).max())
-    turned = float(rot.angle_between(quat, rot.normalise(reference.body_quat_w)).max())
-    if off > tolerance or turned > 10 * tolerance:
-        raise ReferenceFileError(
-            where, found=f"bodies {off:.2g} m and {turned:.2g} rad away from the forward kinematics of the joints",
-            expected=f"at most {tolerance:g} m", cure="the file was edited or mixed: retarget the clip again",
-        )  # fmt: skip

@@ -13,10 +13,10 @@ from conftest import ROOT
 # Each floor imports only floors before it; each room or module of a floor only those before it in its floor.
 HOUSE = {
     "robot_models": (
-        "maths version errors profile model model_file kinematics jacobians build geometry visual pinocchio_model "
+        "maths version errors incoming profile model model_file kinematics jacobians build geometry visual pinocchio_model "
         "catalogue draft"
     ),
-    "clips": "errors contact config files metrics provenance clip reference checks edit identify readers writers",
+    "clips": "errors contact config files metrics provenance clip reference reference_file checks edit identify readers writers",
     "retarget": "errors config targets solver per_frame dynamics report pipeline workflows",
     "tracking": "errors config policy engines task evaluation training teaching envs deploy",
     "cli": "extras terminal recordings *",

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import json
-import math
-import zipfile
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -23,10 +19,11 @@ from clips.identify import (
     in_root,
     robot_clip,
 )
-from clips.provenance import MAX_UNPACKED, Finding, RawFile, ReadOptions
+from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import smpl
 from clips.readers.rates import rate
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names
+from robot_models.incoming import read_arrays
 from robot_models.maths import rotation as rot
 
 _SOME = 50  # frames whose bodies are held against their joints
@@ -46,7 +43,7 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
     Raises:
         ClipError: broken archive, or no known set of keys.
     """
-    data = _arrays(raw)
+    data = read_arrays(raw.data, raw.name, expected="a whole .npz", error=ClipError)
     if "pose_body" in data and "root_orient" in data and "poses" not in data:
         _need(raw, data, {"root_orient": 2, "pose_body": 2})
         data["poses"] = np.concatenate((data["root_orient"], data["pose_body"]), axis=1)
@@ -65,49 +62,6 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
         expected="poses + trans (AMASS), joint_pos + body_pos_w (BeyondMimic, ours) dof_positions (Isaac AMP) or "
         "qpos + joint_names (LocoMuJoCo)",
     )
-
-
-def _arrays(raw: RawFile) -> dict[str, ndarray]:
-    """Every array of the archive that needs no unpickling; object arrays are left alone."""
-    arrays = {}
-    try:
-        with zipfile.ZipFile(io.BytesIO(raw.data)) as archive:
-            refuse_bombs(raw, archive)
-            for info in archive.infolist():
-                array = _array(archive.read(info))
-                if array is not None:
-                    arrays[info.filename.removesuffix(".npy")] = array
-    except ClipError:
-        raise
-    except Exception as e:  # broken headers make numpy's parser raise whatever it likes
-        raise ClipError(raw.name, found=f"a broken archive ({e})", expected="a whole .npz") from e
-    return arrays
-
-
-def refuse_bombs(raw: RawFile, archive: zipfile.ZipFile) -> None:
-    """Refuse an archive whose members say that they unpack to more than any clip holds."""
-    size = sum(info.file_size for info in archive.infolist())
-    if size > MAX_UNPACKED:
-        raise ClipError(
-            raw.name, found=f"{len(raw.data)} bytes that unpack to {size}", expected=f"at most {MAX_UNPACKED}",
-            cure="an hour of motion is less; leave out what is no motion",
-        )  # fmt: skip
-
-
-def _array(data: bytes) -> ndarray | None:
-    """One .npy member; None for an array of objects, which only unpickling could open, and for what is no array."""
-    if not data.startswith(b"\x93NUMPY"):
-        return None
-    npy: Any = np.lib.format
-    stream = io.BytesIO(data)
-    header = npy.read_array_header_1_0 if npy.read_magic(stream) == (1, 0) else npy.read_array_header_2_0
-    shape, _, dtype = header(stream)
-    if dtype.hasobject:
-        return None
-    if math.prod(shape) * dtype.itemsize > len(data):
-        raise ValueError(f"an array of shape {shape} in {len(data)} bytes")
-    stream.seek(0)
-    return np.asarray(npy.read_array(stream, allow_pickle=False))
 
 
 def _need(raw: RawFile, data: Mapping[str, ndarray], dims: Mapping[str, int]) -> None:

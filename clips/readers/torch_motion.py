@@ -12,9 +12,9 @@ from clips.clip import RobotClip
 from clips.errors import ClipError
 from clips.identify import choose_layout, joint_order, robot_clip
 from clips.provenance import RawFile, ReadOptions
-from clips.readers.npz import refuse_bombs
 from clips.readers.rates import rate
 from robot_models import import_or_refuse
+from robot_models.incoming import refuse_bombs
 from robot_models.maths import rotation as rot
 
 _KEYS = ("dof_pos", "rigid_body_pos", "rigid_body_rot")
@@ -76,7 +76,7 @@ def _tensors(raw: RawFile) -> dict[str, Any]:
     torch = _torch(raw)
     try:
         with zipfile.ZipFile(io.BytesIO(raw.data)) as archive:
-            refuse_bombs(raw, archive)
+            refuse_bombs(archive, raw.name, ClipError)
         content = torch.load(io.BytesIO(raw.data), map_location="cpu", weights_only=True)
         return {
             str(k): np.asarray(v, dtype=float)

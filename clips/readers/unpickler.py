@@ -22,7 +22,8 @@ import numpy as np
 from numpy import ndarray
 
 from clips.errors import ClipError
-from clips.provenance import MAX_UNPACKED, RawFile
+from clips.provenance import RawFile
+from robot_models.incoming import MAX_UNPACKED
 
 _MULTIARRAY = ("numpy.core.multiarray", "numpy._core.multiarray")
 _NUMERIC = ("numpy.core.numeric", "numpy._core.numeric")

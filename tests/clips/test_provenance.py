@@ -7,7 +7,8 @@ import pytest
 from stick_person import SOURCE
 
 from clips import ClipError, Finding, ReadOptions, Repair
-from clips.provenance import FASTEST, MAX_BYTES, SLOWEST, UNITS, RawFile
+from clips.provenance import FASTEST, SLOWEST, UNITS, RawFile
+from robot_models.incoming import MAX_FILE
 
 TEXT = "名称,左膝\n1,2\n"
 
@@ -37,10 +38,10 @@ def test_a_files_record_is_its_name_and_the_hash_of_its_bytes_and_not_where_it_l
 def test_what_is_no_file_is_refused(tmp_path):
     (tmp_path / "empty").touch()
     with open(tmp_path / "huge", "wb") as stream:  # a hole: it takes no room on the disk
-        stream.truncate(MAX_BYTES + 1)
+        stream.truncate(MAX_FILE + 1)
     for path, said in (
         ("empty", "found 0 bytes"),
-        ("huge", f"found {MAX_BYTES + 1} bytes"),
+        ("huge", f"found {MAX_FILE + 1} bytes"),
         ("no", "no such file"),
         (".", "a folder"),
     ):

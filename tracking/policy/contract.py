@@ -27,6 +27,14 @@ _TARGETS = {
     FROM_ZERO: "nothing: the scaled action is the target",
 }
 
+_FARTHEST = 500  # control periods that an observation looks ahead or back: ten seconds
+_LARGEST = 100_000  # numbers in one row
+
+
+def _number(value: object, lowest: float, highest: float) -> bool:
+    """Whether it is a finite number between two others; truth values are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and lowest <= value <= highest
+
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
@@ -104,18 +112,65 @@ class Contract:
             object.__setattr__(self, name, array)
         if len(set(self.joint_names)) < j or not j:
             raise self._refused("joint_names", f"{j} names, some twice or none", "one name per joint")
+        self._check_words()
+        self._check_command()
+        for row in self.observation:
+            self._check_row(row)
         if not 0.0 < self.control_dt < 1.0:
             raise self._refused("control_dt", repr(self.control_dt), "seconds between 0 and 1")
         if (self.kp <= 0.0).any() or (self.kd < 0.0).any() or (self.effort <= 0.0).any():
             raise self._refused("kp, kd, effort", "a gain or an effort that is not positive", "positive numbers")
         if self.target not in _TARGETS:
             raise self._refused("target", repr(self.target), f"one of {', '.join(_TARGETS)}")
+        self._check_chain()
+        if (self.lower > self.upper).any() or (self.target_lower > self.target_upper).any():
+            raise self._refused(
+                "lower, upper, target_lower, target_upper", "a range whose ends are exchanged", "ranges"
+            )
+
+    def _check_chain(self) -> None:
         strange = {link.joint for link in self.anchor_chain} - {None, *self.joint_names}
         if strange:
             raise self._refused("anchor_chain", f"joints {strange}", "joints of the policy")
         for link in self.anchor_chain:
-            if len(link.quat) != 4 or abs(np.linalg.norm(link.quat) - 1.0) > 1e-6:
+            if len(link.quat) != 4 or not abs(np.linalg.norm(link.quat) - 1.0) <= 1e-6:
                 raise self._refused("anchor_chain", f"quat {link.quat}", "unit quaternions wxyz")
+            if len(link.pos) != 3 or len(link.axis) != 3 or not np.isfinite((*link.pos, *link.axis)).all():
+                raise self._refused("anchor_chain", f"pos {link.pos}, axis {link.axis}", "three finite numbers each")
+
+    def _check_words(self) -> None:
+        for name in ("robot", "robot_hash", "reference_sha256", "target", "anchor"):
+            if not isinstance(getattr(self, name), str):
+                raise self._refused(name, repr(getattr(self, name))[:40], "a word")
+        if not all(isinstance(name, str) for name in self.joint_names):
+            raise self._refused("joint_names", "a name that is no word", "names")
+
+    def _check_command(self) -> None:
+        """Of the numbers by which a command is improved: each finite and of a size that means something."""
+        for name, most in (("look_ahead", _FARTHEST), ("heading_gain", 100.0), ("position_gain", 100.0)):
+            if not _number(getattr(self, name), 0.0, most):
+                raise self._refused(name, repr(getattr(self, name))[:40], f"between 0 and {most:g}")
+        shares, delays = self.feed_forward, self.delay_trained_with_s
+        if len(shares) not in (0, len(self.joint_names)) or not all(_number(x, -10.0, 10.0) for x in shares):
+            raise self._refused("feed_forward", f"{len(shares)} numbers", "one finite share a joint, or none")
+        if not (all(_number(x, 0.0, 1.0) for x in delays) and delays[0] <= delays[1]):
+            raise self._refused("delay_trained_with_s", repr(delays)[:40], "shortest and longest, up to a second")
+
+    def _check_row(self, row: Row) -> None:
+        fine = (
+            isinstance(row.kind, str)
+            and _number(row.at, -_FARTHEST, _FARTHEST)
+            and _number(row.size, 1, _LARGEST)
+            and isinstance(row.at, int)
+            and isinstance(row.size, int)
+            and _number(row.scale, -1e6, 1e6)
+            and _number(row.noise, 0.0, 1e6)
+            and all(isinstance(place, int) and 0 <= place < row.size for place in row.zeroed)
+        )
+        if not fine:
+            raise self._refused(
+                "observation", f"a row {row}"[:120], "kind, time, size, scale and noise that are possible"
+            )
 
     @property
     def follows_any(self) -> bool:

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips import write_whole
+from robot_models.incoming import read_arrays
 from tracking.errors import TrackingError
 from tracking.policy.measurement import Measurement
 from tracking.policy.runner import Runner
@@ -43,15 +44,26 @@ def read_golden(path: Path) -> Golden:
     """Read a trace.
 
     Raises:
-        TrackingError: there is none, or an array is missing.
+        TrackingError: there is none, an array is missing, or the numbers are none.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return Golden(**{f.name: np.asarray(file[f.name], dtype=float) for f in fields(Golden)})
-    except (OSError, ValueError, KeyError) as e:
-        raise TrackingError(
-            str(path), found=f"no golden trace ({e})", expected="golden.npz of a policy bundle", cure="export it again"
-        ) from e
+        file = read_arrays(path, str(path), expected="golden.npz of a policy bundle", error=TrackingError)
+        golden = Golden(**{f.name: np.asarray(file[f.name], dtype=float) for f in fields(Golden)})
+    except (TypeError, ValueError, KeyError) as e:
+        raise _refused(path, f"no golden trace ({e})", "golden.npz of a policy bundle") from e
+    arrays = vars(golden)
+    if {len(x) if x.ndim == 2 else -1 for x in arrays.values()} & {-1, 0} or len({len(x) for x in arrays.values()}) > 1:
+        raise _refused(
+            path, f"arrays of {', '.join(str(x.shape) for x in arrays.values())}", "as many periods each, one at least"
+        )
+    wrong = [name for name, x in arrays.items() if not np.isfinite(x).all()]
+    if wrong:
+        raise _refused(path, f"{', '.join(wrong)} with numbers that are not finite", "finite ones")
+    return golden
+
+
+def _refused(path: Path, found: str, expected: str) -> TrackingError:
+    return TrackingError(str(path), found=found, expected=expected, cure="export it again")
 
 
 def _measured(golden: Golden, k: int) -> Measurement:
@@ -77,7 +89,7 @@ def replay(runner: Runner, golden: Golden) -> float:
         for name, ours in (("observation", seen), ("action", runner.last_action), ("target", target)):
             theirs = getattr(golden, name)[k]
             off = np.abs(ours[0] - theirs).max() if ours[0].shape == theirs.shape else np.inf
-            apart[name] = float(np.fmax(apart[name], off)) if np.isfinite(off) else np.inf
+            apart[name] = max(apart[name], float(off) if np.isfinite(off) else np.inf)
     worst = max(apart, key=lambda name: apart[name])
     if not apart[worst] <= TOLERANCE:
         raise TrackingError(

@@ -22,6 +22,8 @@ def small(rng=None, **changes):
     """A contract of three joints."""
     rng = rng or np.random.default_rng(0)
     numbers = {name: np.exp(rng.normal(size=3) * 20.0) for name in ARRAYS}  # over many magnitudes
+    for pair in (("lower", "upper"), ("target_lower", "target_upper")):
+        numbers |= dict(zip(pair, np.sort([numbers[name] for name in pair], axis=0), strict=True))
     link = ChainLink(pos=(0.1, -0.0, 1 / 3), quat=(1.0, 0.0, 0.0, 0.0), joint="b", axis=(0.0, 0.0, 1.0))
     rows = (
         Row(kind="gyro", at=-2, size=3, scale=0.25, unit="rad/s", frame="root body", noise=0.05),

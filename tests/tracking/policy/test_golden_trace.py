@@ -96,5 +96,27 @@ def test_a_trace_without_one_of_its_arrays_is_refused(golden, tmp_path, lost):
 def test_what_is_no_archive_is_refused(tmp_path):
     (tmp_path / "g.npz").write_bytes(b"no archive")
     for name in ("g.npz", "absent.npz"):
-        with pytest.raises(TrackingError, match="no golden trace"):
+        with pytest.raises(TrackingError, match="golden.npz of a policy bundle"):
             read_golden(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", (*SENSORS, *RESULTS))
+@pytest.mark.parametrize("how", ["nan", "inf", "empty", "shorter", "flat"])
+def test_a_trace_whose_numbers_are_none_is_refused_before_it_is_repeated(golden, tmp_path, name, how):
+    array = getattr(golden, name)
+    array = {
+        "nan": lambda: np.where(np.arange(array.size).reshape(array.shape) == 5, np.nan, array),
+        "inf": lambda: np.where(np.arange(array.size).reshape(array.shape) == 5, np.inf, array),
+        "empty": lambda: array[:0],
+        "shorter": lambda: array[:-1],
+        "flat": lambda: array[:, 0],
+    }[how]()
+    np.savez(tmp_path / "g.npz", **(vars(golden) | {name: array}))
+    with pytest.raises(TrackingError, match=r"export it again"):
+        read_golden(tmp_path / "g.npz")
+
+
+def test_a_trace_of_no_periods_repeats_nothing_and_is_refused(golden, tmp_path):
+    np.savez(tmp_path / "g.npz", **{k: v[:0] for k, v in vars(golden).items()})
+    with pytest.raises(TrackingError, match="one at least"):
+        read_golden(tmp_path / "g.npz")

@@ -1,0 +1,214 @@
+"""The file of a reference, `*.npz` of format version 1 (docs/formats.md): written whole, and doubted when it is read.
+
+The first seven keys are those of mjlab's and BeyondMimic's `motion.npz` in MuJoCo order, so that their trackers load the
+file unchanged. A reader holds velocities against positions, and bodies against the forward kinematics of the joints.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from clips.errors import ReferenceFileError
+from clips.files import write_whole
+from clips.provenance import FASTEST, SLOWEST
+from clips.reference import MOTION, Reference
+from robot_models import CONTACT_NAMES, RobotModel, forward_kinematics
+from robot_models.incoming import MAX_NAME, parsed, read_arrays
+from robot_models.maths import rotation as rot
+
+FORMAT_VERSION = 1
+_TOLERANCE = {"float64": 1e-9, "float32": 1e-5}  # of stored body poses against forward kinematics [m, rad]
+_KEYS = ("fps", *MOTION, "joint_names", "body_names", "contact", "contact_names", "segments", "meta")
+_MOST_TORQUE = 20.0  # efforts: inverse dynamics of a motion that no motor can do stays below five
+
+
+def save_reference(reference: Reference, path: Path, *, float32: bool = False) -> None:
+    """Write the file whole or not at all.
+
+    Raises:
+        DanceError: the folder is absent, read-only or full.
+    """
+    kind = np.float32 if float32 else np.float64
+    meta = {
+        "format_version": FORMAT_VERSION,
+        "units": "m, rad, s",
+        "quaternion_order": "wxyz",
+        "world_frame": "right-handed, z up",
+        "robot": reference.robot,
+        "robot_hash": reference.robot_hash,
+        **reference.meta,
+    }
+    arrays = {k: getattr(reference, k).astype(kind) for k in (*MOTION, *reference.optional)}
+    with write_whole(path) as stream:
+        np.savez(
+            stream,
+            fps=np.array([reference.fps]),
+            **arrays,
+            joint_names=np.array(reference.joint_names),
+            body_names=np.array(reference.body_names),
+            contact=reference.contact,
+            contact_names=np.array(CONTACT_NAMES),
+            segments=reference.segments,
+            meta=np.array(json.dumps(meta, ensure_ascii=False, sort_keys=True)),
+        )
+
+
+def load_reference(path: Path, robot: RobotModel | None = None) -> Reference:
+    """Read a reference file; with the robot at hand, check it against the robot's forward kinematics.
+
+    Raises:
+        ReferenceFileError: not such a file, a later format, names missing, or numbers that contradict each other.
+    """
+    where = str(path)
+    data = _read_arrays(path)
+    meta = _meta(data, where)
+    if tuple(_names(data, "contact_names", where)) != CONTACT_NAMES:
+        raise ReferenceFileError(
+            where, found=f"contact names {list(data['contact_names'])[:4]}", expected=f"{list(CONTACT_NAMES)}"
+        )
+    reference = Reference(
+        robot=meta["robot"],
+        robot_hash=meta["robot_hash"],
+        fps=_fps(data, where),
+        joint_names=_names(data, "joint_names", where),
+        body_names=_names(data, "body_names", where),
+        **{k: data[k] for k in MOTION},
+        contact=data["contact"],
+        segments=data["segments"],
+        meta={k: v for k, v in meta.items() if k not in _STATED},
+        joint_torque=data.get("joint_torque"),
+    )
+    if robot is not None:
+        check_reference_against(reference, robot, where)
+    _check_velocities(reference, where)
+    return reference
+
+
+_STATED = ("format_version", "units", "quaternion_order", "world_frame", "robot", "robot_hash")
+
+
+def _read_arrays(path: Path) -> dict[str, ndarray]:
+    arrays = read_arrays(path, str(path), expected="a reference made by this project (.npz)", error=ReferenceFileError)
+    missing = [k for k in _KEYS if k not in arrays]
+    if missing:
+        raise ReferenceFileError(
+            str(path), found=f"no key {', '.join(missing)}", expected="a reference made by this project",
+            cure="make one from the clip with dance-retarget",
+        )  # fmt: skip
+    return arrays
+
+
+def _meta(data: Mapping[str, ndarray], where: str) -> dict[str, Any]:
+    """The JSON entry: robot, hash, and what else was noted."""
+    expected = "the metadata of a reference, as JSON"
+    meta = parsed(json.loads, str(data["meta"]), f"{where}, meta", expected=expected, error=ReferenceFileError)
+    if not isinstance(meta, dict) or meta.get("format_version") != FORMAT_VERSION:
+        version = meta.get("format_version") if isinstance(meta, dict) else "none"
+        raise ReferenceFileError(
+            where, found=f"format version {version!r}"[:80], expected=f"version {FORMAT_VERSION}",
+            cure="use the release that wrote it, or retarget the clip again",
+        )  # fmt: skip
+    kinds = {"robot": str, "robot_hash": str, "source": dict, "report": dict, "segment_names": list}
+    for key, kind in kinds.items():
+        required = key in ("robot", "robot_hash")
+        if (required or key in meta) and not isinstance(meta.get(key), kind):
+            raise ReferenceFileError(
+                f"{where}, meta, {key}", found=repr(meta.get(key))[:60], expected=f"a {kind.__name__}"
+            )
+    for metric in meta.get("report", {}).values():
+        if not isinstance(metric, dict) or not isinstance(metric.get("passed"), bool):
+            raise ReferenceFileError(
+                f"{where}, meta, report", found=repr(metric)[:60], expected="value and passed of a metric"
+            )
+    return meta
+
+
+def _names(data: Mapping[str, ndarray], key: str, where: str) -> tuple[str, ...]:
+    names = data[key]
+    if (
+        names.ndim != 1
+        or names.dtype.kind != "U"
+        or any(not 0 < len(n) <= MAX_NAME or not n.isprintable() for n in names)
+    ):
+        raise ReferenceFileError(
+            f"{where}, {key}",
+            found=f"{names.dtype} of shape {names.shape}",
+            expected=f"words of 1 to {MAX_NAME} characters",
+        )
+    return tuple(map(str, names))
+
+
+def _fps(data: Mapping[str, ndarray], where: str) -> float:
+    rate = data["fps"]
+    if rate.size != 1 or rate.dtype.kind not in "fiu" or not SLOWEST <= float(rate.reshape(())) <= FASTEST:
+        raise ReferenceFileError(
+            f"{where}, fps", found=str(rate)[:60], expected=f"one number from {SLOWEST:g} to {FASTEST:g}",
+            cure="retarget the clip again",
+        )  # fmt: skip
+    return float(rate.reshape(()))
+
+
+def _check_velocities(reference: Reference, where: str) -> None:
+    """Hold every velocity against the positions' central differences, by which they were made."""
+    dt, r = 1.0 / reference.fps, reference
+    digits = np.finfo(np.float32 if r.joint_pos.dtype == np.float32 else np.float64).eps
+    made = {
+        "joint_vel": (r.joint_pos, rot.linear_velocity),
+        "body_lin_vel_w": (r.body_pos_w, rot.linear_velocity),
+        "body_ang_vel_w": (r.body_quat_w, rot.angular_velocity),
+    }
+    for name, (positions, velocity) in made.items():
+        if r.frames < 2:
+            raise ReferenceFileError(f"{where}, joint_pos", found=f"{r.frames} frames", expected="two at least")
+        there = getattr(r, name)
+        off = float(np.abs(there - velocity(np.asarray(positions, dtype=float), dt)).max())
+        scale = max(1.0, float(np.abs(positions).max())) / dt + float(np.abs(there).max())
+        if not off <= 1e-7 + 16.0 * digits * scale:
+            raise ReferenceFileError(
+                f"{where}, {name}", found=f"velocities {off:.2g} off the differences of the positions",
+                expected="the same", cure="the file was edited or mixed: retarget the clip again",
+            )  # fmt: skip
+
+
+def check_reference_against(reference: Reference, robot: RobotModel, where: str) -> None:
+    """Hold a reference against a robot's names, hash and forward kinematics; `where` is for the message.
+
+    Raises:
+        ReferenceFileError: they contradict each other.
+    """
+    if reference.joint_names != robot.joint_names or reference.body_names != robot.body_names:
+        odd = [
+            n
+            for n in (*reference.joint_names, *reference.body_names)
+            if n not in (*robot.joint_names, *robot.body_names)
+        ]
+        raise ReferenceFileError(
+            where, found=f"names or order that are not {robot.name}'s ({', '.join(odd[:5]) or 'another order'})",
+            expected=f"{robot.name}'s {len(robot.joint_names)} joints and {len(robot.body_names)} bodies",
+        )  # fmt: skip
+    if reference.robot_hash != robot.hash:
+        raise ReferenceFileError(
+            where, found=f"robot hash {reference.robot_hash[:12]}", expected=f"{robot.hash[:12]} of '{robot.name}' as it is now",
+            cure="the robot changed since: retarget the clip again",
+        )  # fmt: skip
+    pos, quat = forward_kinematics(robot, reference.qpos)
+    tolerance = _TOLERANCE["float32" if reference.joint_pos.dtype == np.float32 else "float64"]
+    off = float(np.abs(pos - reference.body_pos_w).max())
+    turned = float(rot.angle_between(quat, rot.normalise(reference.body_quat_w)).max())
+    if off > tolerance or turned > 10 * tolerance:
+        raise ReferenceFileError(
+            where, found=f"bodies {off:.2g} m and {turned:.2g} rad away from the forward kinematics of the joints",
+            expected=f"at most {tolerance:g} m", cure="the file was edited or mixed: retarget the clip again",
+        )  # fmt: skip
+    if reference.joint_torque is not None and (np.abs(reference.joint_torque) > _MOST_TORQUE * robot.effort).any():
+        worst = float((np.abs(reference.joint_torque) / robot.effort).max())
+        raise ReferenceFileError(
+            f"{where}, joint_torque", found=f"{worst:.3g} times what a motor has", expected=f"at most {_MOST_TORQUE:g}",
+            cure="the file was edited or mixed: retarget the clip again",
+        )  # fmt: skip

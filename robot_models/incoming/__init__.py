@@ -1,0 +1,37 @@
+"""What comes in from outside: how large, deep and long it may be, and the doors that hold it to that."""
+
+from robot_models.incoming.archive import read_arrays, refuse_bombs
+from robot_models.incoming.child import refusal_of_child
+from robot_models.incoming.files import parsed, read_bytes, read_text, regular_file
+from robot_models.incoming.limits import (
+    CHILD_BYTES,
+    CHILD_SECONDS,
+    MAX_CONFIG,
+    MAX_FILE,
+    MAX_MODEL,
+    MAX_NAME,
+    MAX_NETWORK,
+    MAX_UNPACKED,
+)
+from robot_models.incoming.names import check_pattern, file_name, printable
+
+__all__ = [
+    "CHILD_BYTES",
+    "CHILD_SECONDS",
+    "MAX_CONFIG",
+    "MAX_FILE",
+    "MAX_MODEL",
+    "MAX_NAME",
+    "MAX_NETWORK",
+    "MAX_UNPACKED",
+    "check_pattern",
+    "file_name",
+    "parsed",
+    "printable",
+    "read_arrays",
+    "read_bytes",
+    "read_text",
+    "refusal_of_child",
+    "refuse_bombs",
+    "regular_file",
+]
