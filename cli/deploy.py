@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,10 +14,10 @@ from rich.console import Console
 from cli.deploy_arguments import Arguments, check
 from cli.terminal import BELOW_GATE, DONE, command
 from clips import write_whole
-from tracking import TrackingError
 
 if TYPE_CHECKING:
-    from tracking.deploy import Performance
+    from tracking.deploy import Outlet, Performance, RobotLimits, StateReader
+    from tracking.policy import Runner
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -26,56 +27,83 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Check, repeat the golden trace, perform, say what came of it."""
-    from tracking.deploy import Rehearsed, performance_numbers, rehearsal_robot, sdk_output_aside
+    from tracking.deploy import Rehearsed, performance_numbers, sdk_output_aside
 
     check(args)
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         output = stack.enter_context(sdk_output_aside(folder / "controller.txt"))
         console = Console(highlight=False, soft_wrap=True, file=output.people)
-        with rehearsal_robot(folder / "robot") if args.rehearse else contextlib.nullcontext():
-            performance = _perform(args, console)
+        performance = _perform(args, folder / "robot", lambda text: _say(console, text))
         rehearsed = Rehearsed.read(folder / "robot", performance) if args.rehearse else None
         numbers = performance_numbers(performance, output.complaints(), rehearsed)
         for name, value in numbers.items():
-            console.print(f"{name:<36} {value}", markup=False)
+            _say(console, f"{name:<36} {value}")
         if args.json is not None:
             with write_whole(args.json) as stream:
                 stream.write(json.dumps(numbers, indent=1).encode())
-            console.print(f"wrote {args.json}", markup=False)
+            _say(console, f"wrote {args.json}")
         if args.recording is not None and rehearsed is not None:
             from cli.recordings import save_performance
 
             save_performance(args.recording, rehearsed, numbers)
-            console.print(f"wrote {args.recording}   open it: rerun {args.recording}", markup=False)
+            _say(console, f"wrote {args.recording}   open it: rerun {args.recording}")
     wrong = bool(performance.tripped) or bool(numbers["messages with a bad CRC"]) or performance.dances < args.loops
     return BELOW_GATE if wrong or (rehearsed is not None and rehearsed.fell) else DONE
 
 
-def _perform(args: Arguments, console: Console) -> Performance:
-    from tracking import read_golden, replay
-    from tracking.deploy import MOTORS, Controller, ControllerTransport, Guard, Stage, StageConfig, perform, stop_key
-    from tracking.policy import GOLDEN, read_runner
+def _say(console: Console, text: str) -> None:
+    with contextlib.suppress(OSError):  # a terminal that is gone is no reason to break off
+        console.print(text, markup=False)
 
-    folder, runner = read_runner(args.bundle, args.ref)
-    if len(runner.contract.joint_names) != MOTORS:
-        raise TrackingError(
-            f"bundle {args.bundle}", found=f"{len(runner.contract.joint_names)} joints of {runner.contract.robot}",
-            expected=f"the {MOTORS} of a Unitree G1",
-        )  # fmt: skip
-    if runner.contract.follows_any:
-        console.print(f"a tracker, on {args.ref}", markup=False)
-    else:
-        apart = replay(runner, read_golden(folder / GOLDEN))
-        console.print(f"golden trace repeated to {apart:.1e}", markup=False)
-    send = args.send or args.rehearse
-    console.print("sending commands" if send else "dry run: nothing is sent", markup=False)
-    config = StageConfig(loops=args.loops, stand_s=args.stand)
-    controller = Controller(runner, Guard(runner.contract), config)
-    with stop_key() as stopped:
+
+def _perform(args: Arguments, log: Path, say: Callable[[str], None]) -> Performance:
+    from tracking.deploy import Controller, Guard, Stage, StageConfig, perform, stop_key
+
+    runner, limits = _checked(args, say)
+    controller = Controller(runner, Guard(limits), StageConfig(loops=args.loops, stand_s=args.stand))
+    with stop_key() as stopped, _wires(args, log, limits) as (reader, outlet):
+        say("sending commands" if args.send or args.rehearse else "dry run: nothing is sent")
         return perform(
-            controller, ControllerTransport(args.interface), send=send, stopped=stopped.is_set,
-            tell=lambda stage, dances: console.print(
-                f"{stage.value}{f' {dances + 1} of {args.loops}' if stage is Stage.DANCE else ''}", markup=False
+            controller, reader, outlet, stopped=stopped,
+            tell=lambda stage, dances: say(
+                f"{stage.value}{f' {dances + 1} of {args.loops}' if stage is Stage.DANCE else ''}"
             ),
         )  # fmt: skip
+
+
+def _checked(args: Arguments, say: Callable[[str], None]) -> tuple[Runner, RobotLimits]:
+    """The policy, held against its golden trace and against the robot's own profile."""
+    from robot_models import load_robot
+    from tracking import read_golden, replay
+    from tracking.deploy import RobotLimits
+    from tracking.policy import GOLDEN, read_runner
+
+    limits = RobotLimits.of(load_robot("g1"))
+    folder, runner = read_runner(args.bundle, args.ref)
+    limits.check(runner.contract)
+    if runner.contract.follows_any:
+        say(f"a tracker, on {args.ref}")
+    else:
+        say(f"golden trace repeated to {replay(runner, read_golden(folder / GOLDEN)):.1e}")
+    return runner, limits
+
+
+@contextlib.contextmanager
+def _wires(args: Arguments, log: Path, limits: RobotLimits) -> Iterator[tuple[StateReader, Outlet]]:
+    """The robot's states, and where commands go; in a rehearsal with the simulated robot at the other end."""
+    from tracking.deploy import ControllerTransport, NoOutlet, RehearsedFault, kept_outlet, own_tag, rehearsal_robot
+
+    tag = own_tag() if args.rehearse else ""
+    with contextlib.ExitStack() as stack:
+        transport = ControllerTransport(args.interface, limits.joint_names, tag=tag)
+        if not (args.rehearse or args.send):
+            yield transport, NoOutlet()
+            return
+        if args.rehearse:
+            fault = RehearsedFault(name=args.fault, after=args.fault_after) if args.fault else None
+            ready = stack.enter_context(rehearsal_robot(log, tag, fault))
+            transport.wait_alone(ready.wait)
+        else:
+            transport.refuse_other_commanders()
+        yield transport, stack.enter_context(kept_outlet(args.interface, tag, transport, limits))

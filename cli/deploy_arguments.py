@@ -14,17 +14,19 @@ class Arguments:
     """Run a policy bundle over Unitree's DDS messages: damping, stand, dance, stand, damping.
 
     By default nothing is sent: states are read, commands computed and counted. With --rehearse a simulated robot answers
-    on this machine's loopback, in a process of its own. A real robot needs --interface, --send and --confirm, a gantry,
-    a remote in somebody's hand, and docs/robot.md read to its end.
+    on this machine's loopback, in a process of its own. A real robot needs --interface, --send and --i-stand-clear, a
+    gantry, a remote in somebody's hand, and docs/robot.md read to its end.
 
-    Enter or Ctrl-C stops at any time: damping, and nothing else until the command is given again.
+    Enter or Ctrl-C stops at any time, and so do the remote's select and every signal that ends programs: damping, and
+    nothing else until the command is given again. A second process damps when this one dies.
 
     Examples:
         dance-deploy groove-g1 --rehearse
         dance-deploy groove-g1 --rehearse --loops 4 --recording rehearsal.rrd --json rehearsal.json
+        dance-deploy groove-g1 --rehearse --fault battery
         dance-deploy tracker-g1 --ref dance_g1.npz --rehearse
         dance-deploy groove-g1 --interface eth0
-        dance-deploy groove-g1 --interface eth0 --send --confirm eth0
+        dance-deploy groove-g1 --interface eth0 --send --i-stand-clear
     """
 
     bundle: ClipPath
@@ -37,12 +39,16 @@ class Arguments:
     """Network interface of the robot; lo, loopback, is this machine alone."""
     send: bool = False
     """Really send commands."""
-    confirm: str | None = None
-    """The interface's name once more, before anything is sent over a real one."""
+    i_stand_clear: bool = False
+    """Nobody is within the robot's reach, and somebody has the remote in hand: needed before anything is sent."""
     loops: int = 1
     """Dances, with a stand between them."""
     stand: float = 1.0
     """How long each stand lasts [s]."""
+    fault: str = ""
+    """Something that goes wrong in the rehearsal, to see what becomes of it: tilt, battery, remote, silence, ..."""
+    fault_after: float = 4.0
+    """When, after the robot was first told to be stiff [s]."""
     json: Path | None = None
     """Write the numbers here."""
     recording: Path | None = None
@@ -55,15 +61,21 @@ def check(args: Arguments) -> None:
     Raises:
         TrackingError: options that contradict each other, or commands to a robot without a confirmation.
     """
+    from tracking.deploy import FAULTS
+
     if args.rehearse and args.interface != "lo":
         raise TrackingError(
             "--rehearse", found=f"--interface {args.interface}", expected="a rehearsal on loopback alone"
         )
-    if args.send and args.interface != "lo" and args.confirm != args.interface:
+    if args.send and args.interface != "lo" and not args.i_stand_clear:
         raise TrackingError(
             "--send", found=f"commands to whatever is on {args.interface}",
-            expected="the interface's name once more, from somebody who stands by the robot with a remote",
-            option="confirm", suggestion=args.interface,
+            expected="the word of somebody who stands by, clear of the robot, with its remote in hand: --i-stand-clear",
+        )  # fmt: skip
+    if args.fault and (args.fault not in FAULTS or not args.rehearse):
+        raise TrackingError(
+            "--fault", found=f"{args.fault}{'' if args.rehearse else ' without a rehearsal'}",
+            expected=f"--rehearse, and one of {', '.join(FAULTS)}",
         )  # fmt: skip
     if args.recording is not None and not args.rehearse:
         raise TrackingError(

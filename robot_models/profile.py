@@ -105,6 +105,9 @@ class RobotProfile:
     imu: str  # site of the gyro
     csv_columns: tuple[str, ...]  # joint column names of the robot's own CSV, in file order
     variants: Mapping[str, tuple[str, ...]]  # name -> patterns of joints that this variant of the robot lacks
+    # What the robot's servos stand, lowest and highest; empty where nobody has said, and no policy is sent to it.
+    kp_band: Mapping[str, tuple[float, float]]  # [N m/rad]
+    kd_band: Mapping[str, tuple[float, float]]  # [N m s/rad]
 
 
 def expand_patterns(
@@ -180,7 +183,17 @@ def _parse(data: dict[str, Any], path: Path) -> RobotProfile:
         imu=data["tracking"].get("imu", ""),
         csv_columns=tuple(data.get("csv_columns", ())),
         variants={k: tuple(v) for k, v in data.get("variants", {}).items()},
+        kp_band=_bands(joints.get("kp_band", {})),
+        kd_band=_bands(joints.get("kd_band", {})),
     )
+
+
+def _bands(table: dict[str, Any]) -> dict[str, tuple[float, float]]:
+    bands = {pattern: (float(lowest), float(highest)) for pattern, (lowest, highest) in table.items()}
+    for pattern, (lowest, highest) in bands.items():
+        if not 0.0 <= lowest <= highest < np.inf:
+            raise ValueError(f"band of {pattern}: {lowest} to {highest}")
+    return bands
 
 
 def _sole(entry: dict[str, Any]) -> Sole:

@@ -1,24 +1,32 @@
-"""Deployment: a bundle on a robot's own wires, between a controller without a simulator and a robot, real or rehearsed."""
+"""Deployment: a bundle on a robot's own wires, between a controller without a simulation and a robot, real or rehearsed."""
 
 from tracking.deploy.guard import Guard
-from tracking.deploy.loop import Performance, perform
-from tracking.deploy.rehearsal import rehearsal_robot, run_robot
-from tracking.deploy.rehearsal_log import Rehearsed, performance_numbers
+from tracking.deploy.loop import Performance, StateReader, perform
+from tracking.deploy.outlet import NoOutlet, Outlet, kept_outlet
+from tracking.deploy.rehearsal import FAULTS, Rehearsed, RehearsedFault, performance_numbers, rehearsal_robot, run_robot
+from tracking.deploy.robot_limits import RobotLimits
 from tracking.deploy.sdk_output import sdk_output_aside
 from tracking.deploy.stages import Controller, Stage, StageConfig
 from tracking.deploy.stopping import stop_key
-from tracking.deploy.transport import CRC_COMPLAINT, MOTORS, ControllerTransport
+from tracking.deploy.transport import CRC_COMPLAINT, ControllerTransport, own_tag
 
 __all__ = [
     "CRC_COMPLAINT",
-    "MOTORS",
+    "FAULTS",
     "Controller",
     "ControllerTransport",
     "Guard",
+    "NoOutlet",
+    "Outlet",
     "Performance",
     "Rehearsed",
+    "RehearsedFault",
+    "RobotLimits",
     "Stage",
     "StageConfig",
+    "StateReader",
+    "kept_outlet",
+    "own_tag",
     "perform",
     "performance_numbers",
     "rehearsal_robot",

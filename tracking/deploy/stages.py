@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from tracking.deploy.guard import Command, Guard, State
+from tracking.deploy.guard import Guard
+from tracking.deploy.messages import Command, State
 from tracking.policy import Measurement, Runner
 
 
@@ -37,7 +38,7 @@ class Controller:
 
     Args:
         runner: the policy, started anew for every dance: its heading is the robot's of that moment.
-        guard: everything passes it.
+        guard: everything passes it; damping and stand are its robot's own, not the policy's.
         config: times.
     """
 
@@ -50,11 +51,6 @@ class Controller:
         """Damping, for good; a person's stop key ends here."""
         self.guard.trip(reason)
 
-    def damping(self) -> Command:
-        """Soft joints that resist motion; it needs no number of a state, which may itself be what is wrong."""
-        c = self.runner.contract
-        return Command(target=c.default_joint_pos, kp=np.zeros_like(c.kp), kd=c.stand_kd)
-
     def tick(self, state: State, now: float, due: float) -> Command:
         """The command of this control period.
 
@@ -63,18 +59,23 @@ class Controller:
             now: monotonic clock [s].
             due: when this tick was meant to be [s].
         """
-        if self.stage is Stage.OVER or not self.guard.state(state, now, due):
+        if self.stage is Stage.OVER or not self.guard.state(state, now, due, self._meant()):
             return self._over()
         self._ticks += 1
         command = self._command(state)
-        return command if self.guard.command(command, state) else self._over()
+        return command if self.guard.command(command, state, now) else self._over()
+
+    def _meant(self) -> Float[ndarray, "4"]:
+        """The root's orientation that the motion asks for now; before and after a dance that of its first frame."""
+        frame = self.runner.frame[0] if self.stage is Stage.DANCE else 0
+        return self.runner.motion.root_quat[frame]
 
     def _command(self, state: State) -> Command:
         c, dt = self._config, self.runner.contract.control_dt
         passed = self._ticks * dt
         if self.stage is Stage.DAMPING:
             if passed < c.damping_s:
-                return self.damping()
+                return self.guard.limits.damping()
             self._enter(Stage.STAND, state)
         if self.stage is Stage.STAND:
             if passed < c.rise_s + c.stand_s or self._ticks == 0:
@@ -96,13 +97,13 @@ class Controller:
         self.guard.forget_target()
 
     def _standing(self, share: float) -> Command:
-        c = self.runner.contract
+        limits = self.guard.limits
         target = (1.0 - share) * self._from + share * self.runner.motion.joint_pos[0]
-        return Command(target=target, kp=c.stand_kp, kd=c.stand_kd)
+        return Command(target=target, kp=limits.stand_kp, kd=limits.stand_kd)
 
     def _over(self) -> Command:
         self.stage = Stage.OVER
-        return self.damping()
+        return self.guard.limits.damping()
 
 
 def _measured(state: State) -> Measurement:

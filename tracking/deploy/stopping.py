@@ -1,4 +1,4 @@
-"""The stop key of a performance: Enter, or Ctrl-C."""
+"""How a performance is told to stop: Enter, Ctrl-C, or any signal that would otherwise end the process at once."""
 
 from __future__ import annotations
 
@@ -8,20 +8,43 @@ import sys
 import threading
 from collections.abc import Iterator
 
+_SIGNALS = {
+    signal.SIGINT: "stopped by a person",
+    signal.SIGTERM: "stopped by SIGTERM",
+    signal.SIGHUP: "stopped by SIGHUP: the terminal is gone",
+    signal.SIGQUIT: "stopped by SIGQUIT",
+}
+
+
+class Stop:
+    """The first that asked for the end; an empty word while nobody does."""
+
+    def __init__(self) -> None:
+        self.reason = ""
+
+    def ask(self, reason: str) -> None:
+        """The first reason stays."""
+        self.reason = self.reason or reason
+
+    def __call__(self) -> str:
+        """The reason."""
+        return self.reason
+
 
 @contextlib.contextmanager
-def stop_key() -> Iterator[threading.Event]:
-    """Set by Enter and by Ctrl-C."""
-    pressed = threading.Event()
+def stop_key() -> Iterator[Stop]:
+    """Asked by Enter and by every signal that ends programs."""
+    stop = Stop()
 
     def wait() -> None:
         if sys.stdin.readline():  # empty at the end of a file: nobody is there
-            pressed.set()
+            stop.ask("stopped by a person")
 
     if sys.stdin is not None and sys.stdin.isatty():
         threading.Thread(target=wait, daemon=True).start()
-    before = signal.signal(signal.SIGINT, lambda *_: pressed.set())
+    before = {number: signal.signal(number, lambda n, _: stop.ask(_SIGNALS[signal.Signals(n)])) for number in _SIGNALS}
     try:
-        yield pressed
+        yield stop
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -4,7 +4,6 @@ import dataclasses
 import json
 import subprocess
 import sys
-import threading
 import time
 
 import numpy as np
@@ -15,14 +14,17 @@ pytest.importorskip("onnxruntime")
 import cli.deploy
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
-from tracking import TrackingError
-from tracking.deploy.guard import Command, Guard, GuardConfig, State
+from tracking.deploy.guard import Guard, GuardConfig
 from tracking.deploy.loop import perform
-from tracking.deploy.rehearsal import _Body
+from tracking.deploy.messages import Command, State
+from tracking.deploy.outlet import NoOutlet
+from tracking.deploy.rehearsal.robot import _Body
+from tracking.deploy.robot_limits import RobotLimits
 from tracking.deploy.stages import Controller, Stage, StageConfig
 from tracking.policy.bundle import read_runner
 from tracking.policy.gains import standing_gains
 
+ROBOT = RobotLimits.of(load_robot("g1"))
 pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
 
 
@@ -66,7 +68,7 @@ FAULTS = {
 
 @pytest.mark.parametrize("said", FAULTS)
 def test_a_state_that_is_wrong_becomes_damping_and_stays_so_until_a_person_resets(runner, said):
-    c, guard = runner.contract, Guard(runner.contract)
+    c, guard = runner.contract, Guard(ROBOT)
     controller = Controller(runner, guard)
     good, bad = resting(c), resting(c, **FAULTS[said](c))
     assert controller.tick(good, 10.0, 10.0) and not guard.tripped
@@ -81,14 +83,14 @@ def test_a_state_that_is_wrong_becomes_damping_and_stays_so_until_a_person_reset
 
 
 def test_a_late_tick_becomes_damping(runner):
-    controller = Controller(runner, Guard(runner.contract))
+    controller = Controller(runner, Guard(ROBOT))
     controller.tick(resting(runner.contract), 10.0, 10.0)
     assert not controller.tick(resting(runner.contract, received=10.15), 10.15, 10.02).kp.any()
     assert "late tick" in controller.guard.tripped
 
 
 def test_a_persons_stop_is_damping(runner):
-    controller = Controller(runner, Guard(runner.contract))
+    controller = Controller(runner, Guard(ROBOT))
     controller.stop("stopped by a person")
     assert not controller.tick(resting(runner.contract), 10.0, 10.0).kp.any() and controller.stage is Stage.OVER
 
@@ -105,7 +107,7 @@ def test_an_action_that_is_wrong_never_reaches_the_wire(runner, action, said):
         dataclasses.replace(c, target_lower=c.lower - 50.0, target_upper=c.upper + 50.0),
         lambda seen: np.full((len(seen), 29), action), runner.motion,
     )  # fmt: skip
-    controller = Controller(wild, Guard(c), StageConfig(damping_s=0.02, rise_s=0.02, stand_s=0.02))
+    controller = Controller(wild, Guard(ROBOT), StageConfig(damping_s=0.02, rise_s=0.02, stand_s=0.02))
     sent, state = [], resting(c)
     for k in range(8):
         now = 10.0 + 0.02 * k
@@ -117,11 +119,11 @@ def test_an_action_that_is_wrong_never_reaches_the_wire(runner, action, said):
 
 
 def test_a_jump_between_two_ticks_is_caught_where_each_target_alone_would_pass(runner):
-    c, guard = runner.contract, Guard(runner.contract, GuardConfig(torque=100.0))
+    c, guard = runner.contract, Guard(ROBOT, GuardConfig(torque=100.0))
     state, step = resting(c), np.zeros(29)
     step[5] = 2.5 * c.effort[5] / c.kp[5]
-    assert guard.command(Command(target=c.default_joint_pos, kp=c.kp, kd=c.kd), state)
-    assert not guard.command(Command(target=c.default_joint_pos + step, kp=c.kp, kd=c.kd), state)
+    assert guard.command(Command(target=c.default_joint_pos, kp=c.kp, kd=c.kd), state, 10.0)
+    assert not guard.command(Command(target=c.default_joint_pos + step, kp=c.kp, kd=c.kd), state, 10.02)
     assert "target jump: left_ankle_roll_joint" in guard.tripped
 
 
@@ -145,7 +147,7 @@ class Simulated:
 def test_the_stages_lead_through_the_whole_dance_and_the_robot_stands_at_the_end(runner):
     robot = load_robot("g1")
     transport = Simulated(robot)
-    controller = Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.1, rise_s=1.0, stand_s=0.5))
+    controller = Controller(runner, Guard(ROBOT), StageConfig(damping_s=0.1, rise_s=1.0, stand_s=0.5))
     seen, now = [], 0.0
     while controller.stage is not Stage.OVER:
         state = dataclasses.replace(transport.read(), received=now)
@@ -172,66 +174,8 @@ def test_standing_gains_stand_and_the_policys_alone_do_not():
     assert heights[0] > 0.98 and heights[1] < 0.7
 
 
-class Hanging(Simulated):
-    """A robot whose read hangs once."""
-
-    def read(self):
-        if len(self.sent) == 5:
-            self.sent.append(self.sent[-1])
-            time.sleep(0.6)
-        return super().read()
-
-
-def test_a_loop_that_hangs_is_damped_by_the_watchdog(runner):
-    transport = Hanging(load_robot("g1"))
-    controller = Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.04, rise_s=5.0))
-    done = perform(controller, transport, send=True, linger_s=0.1)
-    assert "hung" in done.tripped or "late" in done.tripped
-    assert not transport.sent[-1].kp.any()
-
-
-class Slow(Hanging):
-    """A robot whose writes take long, and which notes two at once."""
-
-    def __init__(self, robot):
-        super().__init__(robot)
-        self.busy, self.together = threading.Lock(), 0
-
-    def write(self, command):
-        self.together += not self.busy.acquire(blocking=False)
-        time.sleep(0.015)
-        if self.busy.locked():
-            self.busy.release()
-        self.sent.append(command)
-
-
-def test_loop_and_watchdog_never_write_at_once_and_after_a_trip_nothing_but_damping_passes(runner):
-    transport = Slow(load_robot("g1"))
-    controller = Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.0, rise_s=5.0))
-    perform(controller, transport, send=True, linger_s=0.2)
-    stiff = [s.kp.any() for s in transport.sent]
-    assert not transport.together and len(stiff) > 8
-    assert stiff.index(True) < 6 and not any(stiff[7:])
-
-
-class Breaking(Simulated):
-    """A wire that breaks in the middle."""
-
-    def read(self):
-        if len(self.sent) == 5:
-            raise TrackingError("LowState, mode_machine", found="6", expected="5")
-        return super().read()
-
-
-def test_a_controller_that_breaks_leaves_damping_on_the_wire(runner):
-    transport = Breaking(load_robot("g1"))
-    with pytest.raises(TrackingError, match="mode_machine"):
-        perform(Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.04)), transport, send=True)
-    assert transport.sent[4].kp.any() and not transport.sent[-1].kp.any()
-
-
 def test_a_new_stage_does_not_reset_what_has_tripped(runner):
-    controller = Controller(runner, Guard(runner.contract))
+    controller = Controller(runner, Guard(ROBOT))
     controller.stop("stopped by a person")
     controller._enter(Stage.DANCE, resting(runner.contract))
     assert controller.guard.tripped == "stopped by a person"
@@ -239,28 +183,19 @@ def test_a_new_stage_does_not_reset_what_has_tripped(runner):
 
 def test_a_dry_run_sends_nothing(runner):
     transport = Simulated(load_robot("g1"))
-    controller = Controller(runner, Guard(runner.contract), StageConfig(damping_s=0.1, rise_s=0.1, stand_s=0.1))
-    done = perform(controller, transport, send=False, stopped=lambda: controller.stage is Stage.DANCE, linger_s=0.0)
-    assert len(done.ticks) > 10 and not transport.sent and done.tripped == "stopped by a person"
-
-
-def test_a_wire_without_a_robot_is_an_error_with_the_cure(runner, monkeypatch):
-    import tracking.deploy.loop as module
-
-    class Silent:
-        def read(self):
-            return None
-
-    monkeypatch.setattr(module, "_PATIENCE", 0.05)
-    with pytest.raises(TrackingError, match="LowState.*rehearse"):
-        perform(Controller(runner, Guard(runner.contract)), Silent(), send=False)
+    controller = Controller(runner, Guard(ROBOT), StageConfig(damping_s=0.1, rise_s=0.1, stand_s=0.1))
+    stopped = lambda: "enough" if controller.stage is Stage.DANCE else ""  # noqa: E731
+    done = perform(controller, transport, NoOutlet(), stopped=stopped, linger_s=0.0)
+    assert len(done.ticks) > 10 and not transport.sent and done.tripped == "enough"
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["groove-g1", "--interface", "eth0", "--send"], "--confirm eth0"),
+        (["groove-g1", "--interface", "eth0", "--send"], "--i-stand-clear"),
         (["groove-g1", "--interface", "eth0", "--rehearse"], "loopback alone"),
+        (["groove-g1", "--fault", "tilt"], "without a rehearsal"),
+        (["groove-g1", "--rehearse", "--fault", "boredom"], "one of tilt"),
         (["groove-g1", "--recording", "a.rrd"], "--rehearse"),
         (["groove-g1", "--loops", "0"], "positive"),
     ],
@@ -276,7 +211,7 @@ def test_a_missing_file_is_an_error_before_any_wire_is_opened(gone, tmp_path, fo
 
     import tracking.deploy.transport
 
-    monkeypatch.setattr(tracking.deploy.transport, "_interface", lambda name: pytest.fail("a wire was opened"))
+    monkeypatch.setattr(tracking.deploy.transport, "_interface", lambda *_: pytest.fail("a wire was opened"))
     shutil.copytree(folder_and_runner[0], tmp_path / "b")
     (tmp_path / "b" / gone).unlink()
     assert cli.deploy.main([str(tmp_path / "b")]) == 2
@@ -292,7 +227,7 @@ def test_a_network_interface_that_is_not_there_is_refused_with_those_that_are(ca
 def test_a_robot_of_another_kind_is_refused(capsys):
     pytest.importorskip("unitree_interface")
     assert cli.deploy.main(["groove-dancer"]) == 2
-    assert "29 of a Unitree G1" in capsys.readouterr().err
+    assert "contract, robot: found dancer" in capsys.readouterr().err
 
 
 @pytest.mark.slow

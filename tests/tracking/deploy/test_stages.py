@@ -8,13 +8,17 @@ import pytest
 
 import tracking
 from clips import load_reference
+from robot_models import load_robot
 from robot_models.maths import rotation as rot
 from tracking import Measurement, Runner, motion_of, read_contract
-from tracking.deploy.guard import Guard, State
+from tracking.deploy.guard import Guard
+from tracking.deploy.messages import State
+from tracking.deploy.robot_limits import RobotLimits
 from tracking.deploy.stages import Controller, Stage, StageConfig
 
 FOLDER = Path(tracking.__file__).parent / "policies" / "groove-g1"
 FRAMES, DT = 6, 0.02
+ROBOT = RobotLimits.of(load_robot("g1"))
 CONFIG = StageConfig(damping_s=0.06, rise_s=0.2, stand_s=0.1)
 
 
@@ -43,7 +47,7 @@ def make(parts):
     contract, motion = parts
 
     def controller(config=CONFIG, policy=lambda seen: np.zeros((len(seen), 29))):
-        return Controller(Runner(contract, policy, motion), Guard(contract), config)
+        return Controller(Runner(contract, policy, motion), Guard(ROBOT), config)
 
     return controller
 
@@ -105,9 +109,9 @@ def test_every_stage_has_its_own_gains(make, parts):
     contract, _ = parts
     for stage, command in run(make()):
         if stage in (Stage.DAMPING, Stage.OVER):
-            assert not command.kp.any() and (command.kd == contract.stand_kd).all()
+            assert not command.kp.any() and (command.kd == ROBOT.stand_kd).all()
         else:
-            kp, kd = (contract.stand_kp, contract.stand_kd) if stage is Stage.STAND else (contract.kp, contract.kd)
+            kp, kd = (ROBOT.stand_kp, ROBOT.stand_kd) if stage is Stage.STAND else (contract.kp, contract.kd)
             np.testing.assert_array_equal(command.kp, kp)
             np.testing.assert_array_equal(command.kd, kd)
 

@@ -13,8 +13,10 @@ from numpy import ndarray
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 from tracking.deploy.loop import Performance
+from tracking.errors import TrackingError
 
 _FALLEN = 0.5  # of the default height of the root
+_WARMED_UP = 50  # ticks until a second of states is counted
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,6 +50,8 @@ class Rehearsed:
     @classmethod
     def read(cls, path: Path, performance: Performance) -> Rehearsed:
         """Read the robot's log."""
+        if not path.with_suffix(".npz").exists():
+            raise TrackingError("rehearsal", found="no log of the simulated robot", expected="it to end by itself")
         names = ("damping", "stand", "dance", "over")
         began = np.array([t for t, _ in performance.stages])
         kind = np.array([names.index(stage) for _, stage in performance.stages])
@@ -67,6 +71,7 @@ def performance_numbers(performance: Performance, bad: int, rehearsed: Rehearsed
         "stopped by": performance.tripped or "nothing",
         "messages with a bad CRC": bad,
         "command period p50, p99, max [ms]": [round(x, 2) for x in (median, late, worst)],
+        "states heard in a second, least [Hz]": round(min(performance.rates[_WARMED_UP:], default=0.0)),
         "controller's tick p50, p99 [ms]": [round(float(x), 2) for x in np.percentile(thinking, (50, 99))],
     }
     if rehearsed is not None:
