@@ -8,7 +8,7 @@ OUT    ?= out
 # make demo TORCH="torch==2.13.0 --index-url https://download.pytorch.org/whl/cpu"
 TORCH  ?= torch==2.13.0
 
-.PHONY: demo test test-slow check wheel clean
+.PHONY: demo test test-slow fuzz check wheel clean
 
 $(VENV)/base: pyproject.toml tested-versions.txt
 	$(PYTHON) -m venv $(VENV)
@@ -41,6 +41,11 @@ test: $(VENV)/dev
 
 test-slow: $(VENV)/dev
 	$(BIN)/python -m pytest -m slow
+
+# Damaged files at every door: make fuzz MINUTES=60
+MINUTES ?= 1
+fuzz: $(VENV)/dev
+	OMP_NUM_THREADS=1 $(BIN)/python tests/fuzzing/run.py --minutes $(MINUTES) --keep $(OUT)/fuzzing
 
 check: $(VENV)/dev
 	$(BIN)/ruff check .

@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from rich.console import Console
-
 from cli.batch_table import print_outcomes
+from cli.console import console as make_console
+from cli.interrupts import interrupted_by_signals
 from cli.progress import progress
 from cli.retarget_arguments import Arguments
 from cli.terminal import BELOW_GATE, DONE, REFUSED
@@ -26,7 +26,7 @@ def is_batch(clip: Path) -> bool:
 
 def retarget_all(args: Arguments) -> int:
     """Run the batch and print its table."""
-    console = Console(highlight=False, soft_wrap=True)
+    console = make_console()
     _check(args)
     folder = args.out or Path("references")
     clips = (
@@ -47,17 +47,17 @@ def retarget_all(args: Arguments) -> int:
         reading=args.file.reading(), retargeting=args.config(), strict=args.file.strict, float32=args.float32
     )
     outcomes: list[Outcome] = []
-    with progress("clips") as tell:
-        for outcome in _outcomes(jobs, config, args):
-            outcomes.append(outcome)
-            tell("retarget", len(outcomes), len(jobs), f"{Path(outcome.clip).name}: {outcome.verdict}")
-    outcomes.sort(key=lambda o: (o.clip, o.robot))
     table = folder / "summary.csv"
-    _save(table, outcomes)
+    try:
+        with interrupted_by_signals(), progress("clips") as tell:
+            for outcome in _outcomes(jobs, config, args):
+                outcomes.append(outcome)
+                tell("retarget", len(outcomes), len(jobs), f"{Path(outcome.clip).name}: {outcome.verdict}")
+    finally:  # also of a batch that is stopped: what was done is told, and found again
+        outcomes.sort(key=lambda o: (o.clip, o.robot))
+        _save(table, outcomes)
     print_outcomes(console, outcomes)
-    console.print(
-        f"wrote {table} and {sum(o.verdict != 'exclude' for o in outcomes)} references in {folder}", markup=False
-    )
+    console.print(f"wrote {table} and {sum(o.verdict != 'exclude' for o in outcomes)} references in {folder}")
     verdicts = Counter(o.verdict for o in outcomes)
     if verdicts["exclude"] == len(outcomes):
         return REFUSED
@@ -76,7 +76,7 @@ def _save(path: Path, outcomes: list[Outcome]) -> None:
     import pandas as pd
 
     with write_whole(path) as stream:
-        pd.DataFrame(summary_rows(outcomes)).to_csv(stream, index=False)
+        pd.DataFrame(summary_rows(outcomes)).to_csv(stream, index=False, errors="backslashreplace")
 
 
 def _check(args: Arguments) -> None:

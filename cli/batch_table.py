@@ -7,7 +7,9 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from cli.console import console as make_console
 from clips import MetricKey
 from retarget.workflows import Outcome
 
@@ -27,12 +29,12 @@ def print_outcomes(console: Console, outcomes: Sequence[Outcome]) -> None:
         table.add_column(column, justify="left" if left else "right", no_wrap=True)
     for o in outcomes:
         numbers = [f"{o.metrics[m]:.{d}f}" if m in o.metrics else "" for m, _, d in _COLUMNS]
-        verdict, was_there = f"[{_STYLE[o.verdict]}]{o.verdict}[/]", "was there" if o.skipped else ""
+        verdict, was_there = Text(o.verdict, style=_STYLE[o.verdict]), "was there" if o.skipped else ""
         table.add_row(verdict, Path(o.clip).name, Path(o.robot).stem, f"{o.seconds:.1f}", *numbers, was_there)
-    (console if console.is_terminal else Console(width=200, highlight=False)).print(table)
+    (console if console.is_terminal else make_console(width=200, soft_wrap=False)).print(table)
     for o in outcomes:
         why = f"below the gate: {', '.join(o.failed)}" if o.failed else o.message
         if o.verdict == "down-weight" and o.hardest:
             why = f"hardest: {o.hardest[0]}"
         if why:
-            console.print(f"{o.verdict}: {Path(o.clip).name} on {Path(o.robot).stem}: {why}", markup=False)
+            console.print(f"{o.verdict}: {Path(o.clip).name} on {Path(o.robot).stem}: {why}")

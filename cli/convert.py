@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rich.console import Console
-
+from cli.console import console as make_console
 from cli.options import ClipPath, FileOptions, Out
 from cli.terminal import DONE, command
 from clips import LAYOUTS, ClipError, RobotClip, read_back, read_clip, write_motion
@@ -44,7 +43,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read, write, read back."""
-    console = Console(highlight=False, soft_wrap=True)
+    console = make_console()
     clip = read_clip(args.clip, args.file.reading())
     if not isinstance(clip, RobotClip):
         raise ClipError(
@@ -56,8 +55,6 @@ def run(args: Arguments) -> int:
     out: Path = args.out or args.clip.with_name(f"{args.clip.stem}_{args.to}{suffix}")
     motion = write_motion(out, args.to, clip, robot, args.out_fps)
     apart = read_back(out, motion, robot)
-    console.print(
-        f"{motion.frames} frames at {motion.fps:g} fps for {robot.name}; read back to {apart:.1e} rad", markup=False
-    )
-    console.print(f"wrote {out} ({LAYOUTS[args.to].title})", markup=False)
+    console.print(f"{motion.frames} frames at {motion.fps:g} fps for {robot.name}; read back to {apart:.1e} rad")
+    console.print(f"wrote {out} ({LAYOUTS[args.to].title})")
     return DONE

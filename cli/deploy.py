@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from cli.console import console as make_console
 from cli.deploy_arguments import Arguments, check
 from cli.terminal import BELOW_GATE, DONE, command
 from clips import write_whole
@@ -33,7 +34,7 @@ def run(args: Arguments) -> int:
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         output = stack.enter_context(sdk_output_aside(folder / "controller.txt"))
-        console = Console(highlight=False, soft_wrap=True, file=output.people)
+        console = make_console(file=output.people)
         performance = _perform(args, folder / "robot", lambda text: _say(console, text))
         rehearsed = Rehearsed.read(folder / "robot", performance) if args.rehearse else None
         numbers = performance_numbers(performance, output.complaints(), rehearsed)
@@ -54,14 +55,15 @@ def run(args: Arguments) -> int:
 
 def _say(console: Console, text: str) -> None:
     with contextlib.suppress(OSError):  # a terminal that is gone is no reason to break off
-        console.print(text, markup=False)
+        console.print(text)
 
 
 def _perform(args: Arguments, log: Path, say: Callable[[str], None]) -> Performance:
-    from tracking.deploy import Controller, Guard, Stage, StageConfig, perform, stop_key
+    from tracking.deploy import LOSS, Controller, Guard, GuardConfig, Stage, StageConfig, perform, stop_key
 
     runner, limits = _checked(args, say)
-    controller = Controller(runner, Guard(limits), StageConfig(loops=args.loops, stand_s=args.stand))
+    guard = Guard(limits, GuardConfig(loss=LOSS) if args.rehearse else None)
+    controller = Controller(runner, guard, StageConfig(loops=args.loops, stand_s=args.stand))
     with stop_key() as stopped, _wires(args, log, limits) as (reader, outlet):
         say("sending commands" if args.send or args.rehearse else "dry run: nothing is sent")
         return perform(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import platform
 import shutil
@@ -10,11 +9,13 @@ import sys
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from cli.console import console as make_console
 from cli.extras import PARTS
 from cli.terminal import BELOW_GATE, DONE, command
+from robot_models import DanceError, import_or_refuse
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,26 +36,24 @@ def run(_args: Arguments) -> int:
     """One table, then what to type."""
     os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")
     console, table, cures = (
-        Console(highlight=False, soft_wrap=True),
+        make_console(),
         Table(box=None, pad_edge=False, show_header=False),
         [],
     )
     for extra, (what, parts) in PARTS.items():
         states = [_state(*part) for part in parts]
         wrong = [s for s in states if not s.endswith("ok")]
-        table.add_row(
-            "[red]--[/]" if wrong else "[green]ok[/]", extra, what, ", ".join(wrong) or f"{len(parts)} packages"
-        )
+        table.add_row(_mark(not wrong), extra, what, ", ".join(wrong) or f"{len(parts)} packages")
         if wrong:
             install = "dance-retarget" + ("" if extra == "base" else f"[{extra}]")
             cures.append(f"{what}: pip install -c tested-versions.txt '{install}'")
     for name, value in _machine().items():
         table.add_row("", name, value, "")
     for name, (fine, said) in _robots().items():
-        table.add_row("[green]ok[/]" if fine else "[red]--[/]", f"robot {name}", said, "")
+        table.add_row(_mark(fine), f"robot {name}", said, "")
     console.print(table)
     for cure in cures:
-        console.print(cure, markup=False)
+        console.print(cure)
     return BELOW_GATE if any("retargeting" in cure for cure in cures) else DONE
 
 
@@ -66,9 +65,10 @@ def _state(distribution: str, module: str) -> str:
         return f"{distribution} missing"
     try:
         if module:
-            importlib.import_module(module)
+            import_or_refuse(module, DanceError(distribution, found="no import", expected="one"))
     except Exception as e:  # a broken binary package raises whatever it likes
-        return f"{distribution} {found} does not import ({type(e).__name__}: {e})"
+        cause = e.__cause__ or e
+        return f"{distribution} {found} does not import ({type(cause).__name__}: {cause})"
     return f"{distribution} {found} ok"
 
 
@@ -87,7 +87,7 @@ def _machine() -> dict[str, str]:
 
 
 def _robots() -> dict[str, tuple[bool, str]]:
-    from robot_models import DanceError, load_robot, robot_names
+    from robot_models import load_robot, robot_names
 
     found = {}
     for name in robot_names():
@@ -97,3 +97,7 @@ def _robots() -> dict[str, tuple[bool, str]]:
         except DanceError as e:
             found[name] = False, str(e)
     return found
+
+
+def _mark(fine: bool) -> Text:
+    return Text("ok", style="green") if fine else Text("--", style="red")

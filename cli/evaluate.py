@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from cli.console import console as make_console
 from cli.evaluate_arguments import Arguments
 from cli.evaluate_sweep import run_sweep
 from cli.evaluation_tables import brief, grid, rows_of, side_by_side
@@ -32,7 +34,7 @@ def run(args: Arguments) -> int:
 
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
-    console = Console(highlight=False, soft_wrap=True)
+    console = make_console()
     engines = engine_names(args.engine)
     inside = sorted(p.parent for p in args.bundle.glob(f"*/{CONTRACT}")) if args.bundle.is_dir() else []
     if inside and not (args.bundle / CONTRACT).exists():
@@ -54,7 +56,7 @@ def run(args: Arguments) -> int:
         from cli.recordings import save_evaluation
 
         save_evaluation(args.recording, bundle, results, str(args.bundle), lines)
-        console.print(f"wrote {args.recording}   open it: rerun {args.recording}", markup=False)
+        console.print(f"wrote {args.recording}   open it: rerun {args.recording}")
     return DONE if all(r.finished >= GATE for r in results.values()) else BELOW_GATE
 
 
@@ -63,12 +65,12 @@ def _check_golden(bundle: Bundle, console: Console) -> None:
     from tracking.policy import GOLDEN
 
     if bundle.contract.follows_any:
-        console.print("a tracker, which follows any reference", markup=False)
+        console.print("a tracker, which follows any reference")
     elif bundle.contract.robot_hash:
         apart = replay(bundle.runner, read_golden(bundle.folder / GOLDEN))
-        console.print(f"golden trace repeated to {apart:.1e}", markup=False)
+        console.print(f"golden trace repeated to {apart:.1e}")
     else:
-        console.print(f"another tool's policy: {bundle.contract.source}", markup=False)
+        console.print(f"another tool's policy: {bundle.contract.source}")
 
 
 def _each(args: Arguments, folders: list[Path], engines: tuple[str, ...], console: Console) -> int:
@@ -90,7 +92,9 @@ def _each(args: Arguments, folders: list[Path], engines: tuple[str, ...], consol
     for folder in folders:
         replay(load_bundle(folder, robot=args.robot).runner, read_golden(folder / GOLDEN))
     results = {folder.name: _evaluate(args, folder, engines) for folder in folders}
-    cells = {n: (f"{r[engines[0]].duration_s:.1f}", *(brief(r[e]) for e in engines)) for n, r in results.items()}
+    cells: dict[str, list[str | Text]] = {
+        n: [f"{r[engines[0]].duration_s:.1f}", *(brief(r[e]) for e in engines)] for n, r in results.items()
+    }
     console.print(grid(("s", *engines), cells))
     if args.json is not None:
         told = {name: {engine: result.as_dict() for engine, result in row.items()} for name, row in results.items()}

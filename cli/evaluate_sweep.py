@@ -32,6 +32,6 @@ def run_sweep(args: Arguments, engines: tuple[str, ...], console: Console) -> in
         from cli.recordings import save_sweep
 
         save_sweep(args.picture, rows, engines, f"{args.bundle.name}: rollouts that finish [%]")
-        console.print(f"wrote {args.picture}", markup=False)
+        console.print(f"wrote {args.picture}")
     first = next(iter(rows.values()))
     return DONE if all(cell.result.finished >= GATE for cell in first.values()) else BELOW_GATE

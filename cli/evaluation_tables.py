@@ -6,15 +6,16 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
+from rich.text import Text
 
 if TYPE_CHECKING:
     from tracking import Evaluation
 
 
-def brief(r: Evaluation) -> str:
+def brief(r: Evaluation) -> Text:
     """Finished, survived, error: one cell of a table."""
     text = f"{100 * r.finished:.0f}, {r.survived_s:.1f}, {r.body_error_mm:.0f}"
-    return text if r.finished >= 0.9 else f"[red]{text}[/]"
+    return Text(text, style="" if r.finished >= 0.9 else "red")
 
 
 def side_by_side(tables: Mapping[str, list[tuple[str, str, str]]]) -> list[tuple[str, ...]]:
@@ -48,7 +49,7 @@ def rows_of(r: Evaluation) -> list[tuple[str, str, str]]:
     ]
 
 
-def grid(columns: Sequence[str], rows: Mapping[str, Sequence[str]]) -> Table:
+def grid(columns: Sequence[str], rows: Mapping[str, Sequence[str | Text]]) -> Table:
     """A table of brief cells: a name, then a cell per column."""
     table = Table(box=None, pad_edge=False, header_style="bold", title="finished %, survived s, body error mm")
     for column in ("", *columns):

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
+from cli.console import console as make_console
 from cli.options import ClipPath, Out
 from cli.terminal import DONE, command
+from clips import folder_aside
 from tracking import TrackingError
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def run(args: Arguments) -> int:
     from tracking import read_golden, replay
     from tracking.policy import CONTRACT, GOLDEN, POLICY, REFERENCE, write_beyondmimic, write_unitree
 
-    console = Console(highlight=False, soft_wrap=True)
+    console = make_console()
     out = args.out or Path("bundles") / args.run.name
     if out.exists():
         raise TrackingError(str(out), found="something that is already there", expected="a new folder", option="out")
@@ -73,25 +73,19 @@ def run(args: Arguments) -> int:
             str(args.run), found=f"an actor that sees {', '.join(hidden)}", expected="measurable terms only"
         )
     apart = replay(bundle.runner, read_golden(bundle.folder / GOLDEN))
-    beside = out.with_name(f".{out.name}.part")
-    shutil.rmtree(beside, ignore_errors=True)
-    beside.mkdir(parents=True)
-    try:
+    refused = ""
+    with folder_aside(out) as beside:
         for name in (POLICY, CONTRACT, GOLDEN, REFERENCE):
             shutil.copyfile(bundle.folder / name, beside / name)
         write_unitree(beside / "deploy.yaml", bundle)
-        refused = ""
         try:
             write_beyondmimic(beside / "beyondmimic.onnx", bundle)
         except TrackingError as e:  # a history, say: the bundle itself is whole without this form
             refused = str(e)
-        beside.replace(out)
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
-    console.print(f"golden trace repeated to {apart:.1e}", markup=False)
+    console.print(f"golden trace repeated to {apart:.1e}")
     if refused:
-        console.print(f"no beyondmimic.onnx: {refused}", markup=False)
+        console.print(f"no beyondmimic.onnx: {refused}")
     for path in sorted(out.iterdir()):
-        console.print(f"wrote {path} ({path.stat().st_size / 1e6:.2f} MB)", markup=False)
-    console.print(f"next: dance-eval {out} --engine all", markup=False)
+        console.print(f"wrote {path} ({path.stat().st_size / 1e6:.2f} MB)")
+    console.print(f"next: dance-eval {out} --engine all")
     return DONE

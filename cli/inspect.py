@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
+from cli.console import console as make_console
 from cli.options import ClipPath, FileOptions
 from cli.terminal import DONE, command, flag
 from clips import OPTIONAL, REQUIRED, Clip, ClipError, HumanClip, read_clip, repair
@@ -38,13 +38,13 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read and describe."""
-    console = Console(highlight=False, soft_wrap=True)
+    console = make_console()
     clip, no_rate = _read(args)
     clip, trouble = (clip, "") if no_rate else _mended(clip, args.file.strict)
 
     def tell(what: str, value: str, why: str, option: str = "") -> None:
         override = f"   [{flag(option)}]" if option else ""
-        console.print(f"{what:<18} {value}\n{'':<18}   {why}{override}", markup=False)
+        console.print(f"{what:<18} {value}\n{'':<18}   {why}{override}")
 
     tell("dialect", clip.source.dialect, f"sha256 {clip.source.sha256[:16]}")
     if no_rate:
@@ -83,7 +83,7 @@ def _print_checks(console: Console, clip: Clip) -> None:
     for question in CHECKS:
         check = question(clip)
         cells = (check.what, check.value, check.limit, check.verdict, check.where)
-        table.add_row(*map(escape, cells), style=_STYLES[check.verdict])
+        table.add_row(*cells, style=_STYLES[check.verdict])
     console.print(table)
 
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
+from cli.console import console as make_console
 from cli.options import ClipPath
 from cli.progress import progress
 from cli.terminal import BELOW_GATE, DONE, command
@@ -67,13 +66,13 @@ def run(args: Arguments) -> int:
     else:
         show = stream_policy(args.what, args.robot, args.seed, args.ref)
     shown = _film(show, args) if args.film is not None else show_live(show)
-    console = Console(highlight=False, soft_wrap=True)
+    console = make_console()
     fell = shown < show.frames
     console.print(
         f"{show.robot.name}: {shown / show.fps:.1f} of {show.frames / show.fps:.1f} s" + ", then it fell" * fell
     )
     if args.film is not None:
-        console.print(f"wrote {args.film} ({args.film.stat().st_size / 1e6:.1f} MB)", markup=False)
+        console.print(f"wrote {args.film} ({args.film.stat().st_size / 1e6:.1f} MB)")
     return BELOW_GATE if fell else DONE
 
 

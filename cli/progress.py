@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from rich import progress as rich_progress
-from rich.console import Console
 
+from cli.console import console as make_console
 from robot_models.maths import Progress
 
 _QUIET_S = 15.0  # between two lines of progress in a log
@@ -26,7 +26,7 @@ def progress(unit: str) -> Iterator[Progress]:
     bar = rich_progress.Progress(
         text("{task.description}"), rich_progress.BarColumn(), rich_progress.MofNCompleteColumn(), text(unit),
         rich_progress.TimeElapsedColumn(), text("eta"), rich_progress.TimeRemainingColumn(), text("{task.fields[note]}"),
-        console=Console(stderr=True),
+        console=make_console(stderr=True, soft_wrap=False),
     )  # fmt: skip
     tasks: dict[str, Any] = {}
     with bar:
@@ -53,4 +53,6 @@ class _Lines:
             return
         self._said = now
         left = (now - began) / max(1, done - before) * (total - done)
-        print(f"{stage}: {done}/{total} {self._unit}, {left:.0f} s to go{', ' if note else ''}{note}", file=sys.stderr)
+        make_console(stderr=True).print(
+            f"{stage}: {done}/{total} {self._unit}, {left:.0f} s to go{', ' if note else ''}{note}"
+        )

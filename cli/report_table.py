@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from retarget import Report
 
@@ -14,6 +15,6 @@ def print_report(report: Report, console: Console) -> None:
     for column in ("", "measured", "value", "gate"):
         table.add_column(column, justify="right" if column in ("value", "gate") else "left")
     for m in report.metrics:
-        mark = "" if m.limit is None else "[green]ok[/]" if m.passed else "[red]FAIL[/]"
+        mark = "" if m.limit is None else Text("ok", style="green") if m.passed else Text("FAIL", style="red")
         table.add_row(mark, m.label, f"{m.value:.4g} {m.unit}", "" if m.limit is None else f"{m.limit:.4g}")
     console.print(table)

@@ -6,9 +6,9 @@ import time
 from pathlib import Path
 
 from rich.console import Console
-from rich.markup import escape
 
 from cli.batch import is_batch, retarget_all
+from cli.console import console as make_console
 from cli.progress import progress
 from cli.report_table import print_report
 from cli.retarget_arguments import Arguments, check_one
@@ -42,7 +42,7 @@ def run(args: Arguments) -> int:
     """Read, retarget, save, report."""
     if is_batch(args.clip):
         return retarget_all(args)
-    console = Console(highlight=False, soft_wrap=True)
+    console = make_console()
     check_one(args)
     robot = load_robot(args.robot)
     clip = _read(args.clip, args, args.start, args.end)
@@ -76,18 +76,18 @@ def run(args: Arguments) -> int:
         written.append(out.with_suffix(".rrd"))
         save_retargeting(written[-1], result)
     for transition in transitions:
-        console.print(f"{transition}", markup=False)
+        console.print(str(transition))
     return _summary(console, result, written, rate)
 
 
 def _tell_conventions(console: Console, path: Path, clip: Clip) -> None:
-    console.print(f"[bold]{path.name}[/]: {clip.source.dialect}, {clip.frames} frames at {clip.fps:.6g} fps")
+    console.print(f"{path.name}: {clip.source.dialect}, {clip.frames} frames at {clip.fps:.6g} fps", style="bold")
     for finding in clip.source.findings:
-        console.print(f"  {finding}", markup=False)
+        console.print(f"  {finding}")
     for mended in clip.source.repairs:
-        console.print(f"  repaired: {mended}", markup=False)
+        console.print(f"  repaired: {mended}")
     for doubt in doubts(clip):
-        console.print(f"  [yellow]doubtful[/]: {escape(str(doubt))}")
+        console.print(f"  doubtful: {doubt}", style="yellow")
 
 
 def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Clip:
@@ -103,7 +103,7 @@ def _summary(console: Console, result: Retargeted, written: list[Path], rate: fl
         f"{reference.frames} frames, {reference.duration_s:.1f} s for {result.robot.name}; retargeted at {rate:.0f} frames/s"
     )
     for stretch in [] if result.dynamics is None else hardest_stretches(result.dynamics, above=1.0, most=3):
-        console.print(f"physics: {stretch}", markup=False)
+        console.print(f"physics: {stretch}")
     for flight in [] if result.dynamics is None else flight_fit(result.dynamics):
         if abs(flight.rise - flight.ballistic_rise) > _OFF_FLIGHT:
             console.print(
@@ -112,9 +112,9 @@ def _summary(console: Console, result: Retargeted, written: list[Path], rate: fl
             )
     for path in written:
         hint = f"   open it: rerun {path}" if path.suffix == ".rrd" else ""
-        console.print(f"wrote {path} ({path.stat().st_size / 1e6:.1f} MB){hint}", markup=False)
+        console.print(f"wrote {path} ({path.stat().st_size / 1e6:.1f} MB){hint}")
     if report.passed:
-        console.print("[green]all gates hold[/]")
+        console.print("all gates hold", style="green")
         return DONE
-    console.print(f"[red]below the gate[/]: {', '.join(m.label for m in report.failures)}")
+    console.print(f"below the gate: {', '.join(m.label for m in report.failures)}", style="red")
     return BELOW_GATE

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 import clips.samples
+from cli.console import console as make_console
 from cli.report_table import print_report
 from cli.robot_arguments import Add, Arguments, Check
 from cli.terminal import BELOW_GATE, DONE, command
@@ -28,7 +29,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Do one of the three."""
-    console = Console(highlight=False, soft_wrap=True)
+    console = make_console()
     if isinstance(args.do, Add):
         return _add(args.do, console)
     if isinstance(args.do, Check):
@@ -61,9 +62,9 @@ def _add(args: Add, console: Console) -> int:
     _write(out, draft.text)
     draft = without_overlaps(draft, out)
     _write(out, draft.text)
-    console.print(f"wrote {out}; [bold]guessed, look at each of them[/]:")
+    console.print(f"wrote {out}; guessed, look at each of them:", style="bold")
     for guess in draft.guesses:
-        console.print(f"  {guess}", markup=False)
+        console.print(f"  {guess}")
     return _check(load_robot(str(out)), out.parent, console)
 
 
@@ -84,14 +85,14 @@ def _check(robot: RobotModel, folder: Path, console: Console) -> int:
     print_report(check.result.report, console)
     recording, still = folder / f"{robot.name}_check.rrd", folder / f"{robot.name}_check.png"
     save_retargeting(recording, check.result)
-    console.print(f"wrote {recording}   open it: rerun {recording}", markup=False)
+    console.print(f"wrote {recording}   open it: rerun {recording}")
     try:
         save_still(still, check.result)
-        console.print(f"wrote {still}: the person and the robot side by side", markup=False)
+        console.print(f"wrote {still}: the person and the robot side by side")
     except OutputError as e:  # no OpenGL: the recording shows the same
-        console.print(f"no picture: {e}", markup=False)
+        console.print(f"no picture: {e}")
     for line in check.to_mend:
-        console.print(f"look at {line}", style="yellow", markup=False)
+        console.print(f"look at {line}", style="yellow")
     if not check.to_mend:
-        console.print("[green]all gates hold[/]")
+        console.print("all gates hold", style="green")
     return BELOW_GATE if check.to_mend else DONE

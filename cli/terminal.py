@@ -6,6 +6,7 @@ Exit codes: 0 done; 1 done, below the quality gate; 2 input refused.
 from __future__ import annotations
 
 import inspect
+import os
 import shlex
 import sys
 from collections.abc import Callable
@@ -16,10 +17,13 @@ from typing import Any, TypeVar, get_args, get_type_hints
 import tyro
 from rich.console import Console
 
+from cli.console import as_any_terminal_can
+from cli.console import console as make_console
 from cli.extras import refusal_of
 from clips import write_whole
 from clips.identify import MappingNeededError
 from robot_models import DanceError, __version__
+from robot_models.incoming import printable
 
 DONE, BELOW_GATE, REFUSED = 0, 1, 2
 GATE = 0.95  # share of a policy's rollouts that shall finish
@@ -32,10 +36,11 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
     if words == ["--version"]:
         print(name, __version__)
         return DONE
+    as_any_terminal_can()
     options = tyro.cli(
         arguments,
         prog=name,
-        args=words,
+        args=[_harmless(word) for word in words],
         description=inspect.cleandoc(arguments.__doc__ or ""),
         config=(tyro.conf.OmitArgPrefixes,),
     )
@@ -56,15 +61,20 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
         return 130
 
 
+def _harmless(word: str) -> str:
+    """A word as it was typed where it is a file's name; else without what could move the cursor in a message about it."""
+    return word if word.isprintable() or os.path.lexists(word) else printable(word)
+
+
 def _offer_draft(error: MappingNeededError) -> None:
     """Write the mapping to confirm into the current folder; one that is there already stays as it is."""
     path = Path(error.suggestion)
     if path.exists():
-        print(f"{path} is there already and was left as it is", file=sys.stderr)
+        make_console(stderr=True).print(f"{path} is there already and was left as it is")
         return
     with write_whole(path) as stream:
         stream.write(error.draft.encode())
-    print(f"wrote {path}: check every line of it", file=sys.stderr)
+    make_console(stderr=True).print(f"wrote {path}: check every line of it")
 
 
 def option_names(arguments: Any) -> frozenset[str]:
@@ -77,16 +87,16 @@ def option_names(arguments: Any) -> frozenset[str]:
 
 def complain(error: DanceError, name: str, words: list[str], options: frozenset[str]) -> None:
     """The refusal, and the command to type where an option of this command would settle it."""
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
-    console.print(f"refused: {error}", style="red", markup=False)
+    console = make_console(stderr=True)
+    console.print(f"refused: {error}", style="red")
     if error.option not in options:
         return
     if error.suggestion:
         value = shlex.join(error.suggestion.split(None, 0))  # one word, whatever stands in it
         said = (name, shlex.join(_without(words, flag(error.option))), flag(error.option), value)
-        console.print(f"try: {' '.join(filter(None, said))}", markup=False)
+        console.print(f"try: {' '.join(filter(None, said))}")
     else:
-        console.print(f"see: {name} --help, {flag(error.option)}", markup=False)
+        console.print(f"see: {name} --help, {flag(error.option)}")
 
 
 def _without(words: list[str], given: str) -> list[str]:
@@ -107,4 +117,4 @@ def write_text(path: Path, text: str, console: Console) -> None:
     """Write a file whole, and say so."""
     with write_whole(path) as stream:
         stream.write(text.encode())
-    console.print(f"wrote {path}", markup=False)
+    console.print(f"wrote {path}")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from cli.console import console as make_console
 from cli.progress import progress
 from cli.terminal import BELOW_GATE, DONE, GATE, REFUSED, command
 from cli.train_arguments import Arguments
@@ -30,10 +31,10 @@ def run(args: Arguments) -> int:
     from tracking.task import select_references
 
     together, follows = _started_by_torchrun()
-    console = Console(highlight=False, soft_wrap=True, quiet=follows)
+    console = make_console(quiet=follows)
     chosen = select_references(args.ref, args.robot, below_gates=args.anyway or args.check_ref)
     for file, why in chosen.left_out:
-        console.print(f"[yellow]left out[/] {file.name}: {why}")
+        console.print(f"left out {file.name}: {why}", style="yellow")
     if args.check_ref:
         return _check(args, console, chosen)
     first = args.ref[0].resolve()
@@ -74,7 +75,7 @@ def _check(args: Arguments, console: Console, chosen: Selection) -> int:
     passed = True
     for piece in chosen.pieces:
         if len(chosen.pieces) > 1:
-            console.print(f"\n{piece.name}", markup=False)
+            console.print(f"\n{piece.name}")
         found = check_reference(piece.reference, chosen.robot, threads=args.threads)
         print_check(console, found)
         passed &= found.passed

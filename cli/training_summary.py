@@ -23,7 +23,8 @@ def print_check(console: Console, found: ReferenceCheck) -> None:
     table.add_row("first pose, held for 1 s", f"{1e3 * found.settles_m:.1f} mm", "that the pelvis sinks")
     table.add_row("zero action survives", f"{found.survived_s:.2f} s", "mean over starts all along the dance")
     console.print(table)
-    console.print("[green]worth training on[/]" if found.passed else "[red]below the gate[/]")
+    said, style = ("worth training on", "green") if found.passed else ("below the gate", "red")
+    console.print(said, style=style)
 
 
 def print_plan(console: Console, chosen: Selection, folder: Path, teacher: Path | None) -> None:
@@ -31,12 +32,13 @@ def print_plan(console: Console, chosen: Selection, folder: Path, teacher: Path 
     for piece in chosen.pieces:
         if piece.reference.joint_torque is None:
             console.print(
-                f"[yellow]no torques in {piece.name}[/]: it was made without Pinocchio, or by an earlier release; zero "
-                "action will fall sooner and learning take longer. Retarget the clip again to have them."
+                f"no torques in {piece.name}: it was made without Pinocchio, or by an earlier release; zero action will fall "
+                "sooner and learning take longer. Retarget the clip again to have them.",
+                style="yellow",
             )
-        console.print(f"{piece.name}: {piece.reference.duration_s:.1f} s for {chosen.robot.name}", markup=False)
+        console.print(f"{piece.name}: {piece.reference.duration_s:.1f} s for {chosen.robot.name}")
     taught = f"taught by {teacher}" if teacher else "nobody teaches: the policy finds out by itself (docs/training.md)"
-    console.print(f"{taught}\nrun in {folder}", markup=False)
+    console.print(f"{taught}\nrun in {folder}")
 
 
 def print_tracker(console: Console, found: dict[str, Evaluation], gate: float) -> None:
@@ -45,7 +47,7 @@ def print_tracker(console: Console, found: dict[str, Evaluation], gate: float) -
         known = "dances it already; teaching makes it tighter" if e.finished >= gate else "does not dance it all"
         console.print(
             f"{name}, untaught: {100 * e.finished:.0f} % of {e.rollouts} finish, {100 * e.stood:.0f} % do not fall, "
-            f"{e.body_error_mm:.0f} mm: the tracker {known}", markup=False,
+            f"{e.body_error_mm:.0f} mm: the tracker {known}",
         )  # fmt: skip
 
 
@@ -59,7 +61,7 @@ def print_run(console: Console, result: Run, gate: float) -> None:
     lengths = [e.duration_s for e in result.evaluations.values()]
     duration = sum(lengths) / len(lengths) if lengths else float("nan")
     console.print(
-        f"survives {first['survived_s']:.2f} s -> [bold]{last['survived_s']:.2f} s[/] of {duration:.2f} s; "
+        f"survives {first['survived_s']:.2f} s -> {last['survived_s']:.2f} s of {duration:.2f} s; "
         f"{100 * last['finished']:.0f} % of rollouts finish{'' if len(result.evaluations) < 2 else ' the dance learnt least'}; "
         f"body error {last['body_error_mm']:.0f} mm"
     )
@@ -67,15 +69,16 @@ def print_run(console: Console, result: Run, gate: float) -> None:
         for name, e in sorted(result.evaluations.items(), key=lambda pair: pair[1].finished):
             console.print(
                 f"  {name}: {100 * e.finished:.0f} % of {e.rollouts} finish, survives {e.survived_s:.2f} of "
-                f"{e.duration_s:.2f} s, body error {e.body_error_mm:.0f} mm", markup=False,
+                f"{e.duration_s:.2f} s, body error {e.body_error_mm:.0f} mm",
             )  # fmt: skip
     console.print(f"onnxruntime agrees with torch to {result.onnx_difference:.1e}")
     for name in ("policy.onnx", "contract.json", "curves.csv", "checkpoint.pt", "training.rrd"):
         path = result.folder / name
         if path.exists():
             hint = f"   open it: rerun {path}" if path.suffix == ".rrd" else ""
-            console.print(f"wrote {path}{hint}", markup=False)
+            console.print(f"wrote {path}{hint}")
     if last["finished"] < gate:
         console.print(
-            f"[red]below the gate[/]: {100 * gate:.0f} % of rollouts shall finish; go on with --resume --steps MORE"
+            f"below the gate: {100 * gate:.0f} % of rollouts shall finish; go on with --resume --steps MORE",
+            style="red",
         )

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.console import Console
-
+from cli.console import console as make_console
 from cli.options import ClipPath
 from cli.terminal import BELOW_GATE, DONE, command
-from clips import load_reference
-from robot_models import load_robot
+from clips import Reference, load_reference
+from robot_models import RobotModel, load_robot
+
+_TORQUE_TOLERANCE = 1e-3  # efforts: single precision, and another machine's last bits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,22 +40,37 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Check everything, one line each; what is broken is refused by `load_reference` itself."""
-    console = Console(highlight=False, soft_wrap=True)
+    console = make_console()
     robot = load_robot(args.robot or load_reference(args.reference).robot)
     reference = load_reference(args.reference, robot)
     console.print(f"ok    {reference.frames} frames at {reference.fps:g} fps, every key finite and of its shape")
     console.print(f"ok    bodies follow from the joints of {robot.name}, hash {robot.hash[:12]}")
+    torques = _torques(reference, robot)
+    console.print(torques)
     told = reference.meta.get("source", {})
     file = args.source or args.reference.with_name(str(told.get("file", "")))
     fine = True
     if file.is_file():
         fine = hashlib.sha256(file.read_bytes()).hexdigest() == told.get("sha256")
         said = "is what it was made from" if fine else "is not what it was made from: other bytes"
-        console.print(f"{'ok   ' if fine else 'FAIL '} {file} {said}", markup=False)
+        console.print(f"{'ok   ' if fine else 'FAIL '} {file} {said}")
     else:
         console.print(
             f"-     made from {told.get('file', 'an unknown file')}, which is not here: name it with --source"
         )
     missed = reference.failed_gates
     console.print(f"{'FAIL ' if missed else 'ok   '} gates: {', '.join(missed) or 'all held when it was made'}")
-    return DONE if fine and not missed else BELOW_GATE
+    return DONE if fine and not missed and not torques.startswith("FAIL") else BELOW_GATE
+
+
+def _torques(reference: Reference, robot: RobotModel) -> str:
+    """What the stored torques say beside the inverse dynamics of the motion, where Pinocchio is at hand."""
+    if reference.joint_torque is None:
+        return "-     no torques inside"
+    if importlib.util.find_spec("pinocchio") is None:
+        return "-     torques not compared: Pinocchio is not installed"
+    from retarget.dynamics import torque_misfit
+
+    off = torque_misfit(reference, robot)
+    fine = off <= _TORQUE_TOLERANCE
+    return f"{'ok   ' if fine else 'FAIL '} torques {off:.1e} efforts off the inverse dynamics of the motion"

@@ -4,7 +4,7 @@ from clips.clip import OPTIONAL, REQUIRED, Clip, HumanClip, RobotClip, full_qpos
 from clips.contact import ContactRule, floor_nearby, heights_and_speeds, own_floor
 from clips.edit import at_speed, cut, mirror, repair, resample, warp_time
 from clips.errors import ClipError, ReferenceFileError
-from clips.files import OutputError, aside, write_whole
+from clips.files import OutputError, aside, folder_aside, write_whole
 from clips.metrics import MetricKey, metric_key, metric_label
 from clips.provenance import Finding, Provenance, ReadOptions, Repair
 from clips.readers import read_clip
@@ -39,6 +39,7 @@ __all__ = [
     "check_reference_against",
     "cut",
     "floor_nearby",
+    "folder_aside",
     "full_qpos",
     "heights_and_speeds",
     "load_reference",

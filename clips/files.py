@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +12,10 @@ from pathlib import Path
 from typing import IO
 
 from robot_models import DanceError
+
+_NOT_WRITABLE = {
+    errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EISDIR, errno.EFBIG, errno.ENOTDIR, errno.ENAMETOOLONG
+}  # fmt: skip
 
 
 class OutputError(DanceError):
@@ -32,7 +37,7 @@ def write_whole(path: Path) -> Iterator[IO[bytes]]:
 def aside(path: Path) -> Iterator[Path]:
     """A free path in the same folder; what stands there when the block ends becomes `path`."""
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent or ".")
+        handle, name = tempfile.mkstemp(prefix=".part-", suffix=path.suffix, dir=path.parent or ".")
         os.close(handle)
     except OSError as e:
         raise OutputError(
@@ -42,23 +47,41 @@ def aside(path: Path) -> Iterator[Path]:
         ) from e
     beside = Path(name)
     try:
-        yield beside
-        beside.chmod(0o666 & ~_umask())
-        os.replace(beside, path)
-    except OSError as e:
-        if e.errno not in (
-            errno.ENOSPC,
-            errno.EDQUOT,
-            errno.EROFS,
-            errno.EACCES,
-            errno.EPERM,
-            errno.EISDIR,
-            errno.EFBIG,
-        ):
-            raise  # not about this file
-        raise OutputError(str(path), found=f"a write that failed ({e.strerror})", expected="a disk with room") from e
+        with _refused_where_full(path):
+            yield beside
+            beside.chmod(0o666 & ~_umask())
+            os.replace(beside, path)
     finally:
         beside.unlink(missing_ok=True)
+
+
+@contextmanager
+def folder_aside(path: Path) -> Iterator[Path]:
+    """An empty folder beside; when the block ends without an error it becomes `path`, which must not be there.
+
+    Raises:
+        OutputError: the folder above is absent or read-only, or the disk is full.
+    """
+    beside = path.with_name(f".{path.name}.part")
+    shutil.rmtree(beside, ignore_errors=True)  # of a process that was killed
+    try:
+        with _refused_where_full(path):
+            beside.mkdir(parents=True)
+            yield beside
+            beside.replace(path)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+
+
+@contextmanager
+def _refused_where_full(path: Path) -> Iterator[None]:
+    """A disk that takes nothing more is a refusal; whatever else goes wrong stays what it is."""
+    try:
+        yield
+    except OSError as e:
+        if e.errno not in _NOT_WRITABLE:
+            raise  # not about this file
+        raise OutputError(str(path), found=f"a write that failed ({e.strerror})", expected="a disk with room") from e
 
 
 def _umask() -> int:

@@ -24,8 +24,10 @@ from robot_models.maths import rotation as rot
 
 FORMAT_VERSION = 1
 _TOLERANCE = {"float64": 1e-9, "float32": 1e-5}  # of stored body poses against forward kinematics [m, rad]
+_CONVENTIONS = {"units": "m, rad, s", "quaternion_order": "wxyz", "world_frame": "right-handed, z up"}
 _KEYS = ("fps", *MOTION, "joint_names", "body_names", "contact", "contact_names", "segments", "meta")
-_MOST_TORQUE = 20.0  # efforts: inverse dynamics of a motion that no motor can do stays below five
+_MOST_TORQUE = 10.0  # efforts: the hardest of 379 references that were measured asks for 3.5
+_FEWEST = 3  # frames: central differences need a neighbour on both sides
 
 
 def save_reference(reference: Reference, path: Path, *, float32: bool = False) -> None:
@@ -37,9 +39,7 @@ def save_reference(reference: Reference, path: Path, *, float32: bool = False) -
     kind = np.float32 if float32 else np.float64
     meta = {
         "format_version": FORMAT_VERSION,
-        "units": "m, rad, s",
-        "quaternion_order": "wxyz",
-        "world_frame": "right-handed, z up",
+        **_CONVENTIONS,
         "robot": reference.robot,
         "robot_hash": reference.robot_hash,
         **reference.meta,
@@ -68,6 +68,9 @@ def load_reference(path: Path, robot: RobotModel | None = None) -> Reference:
     where = str(path)
     data = _read_arrays(path)
     meta = _meta(data, where)
+    for key in ("contact", "segments"):
+        if data[key].dtype.kind not in "iu":
+            raise ReferenceFileError(f"{where}, {key}", found=f"{data[key].dtype} values", expected="whole numbers")
     if tuple(_names(data, "contact_names", where)) != CONTACT_NAMES:
         raise ReferenceFileError(
             where, found=f"contact names {list(data['contact_names'])[:4]}", expected=f"{list(CONTACT_NAMES)}"
@@ -101,6 +104,10 @@ def _read_arrays(path: Path) -> dict[str, ndarray]:
             str(path), found=f"no key {', '.join(missing)}", expected="a reference made by this project",
             cure="make one from the clip with dance-retarget",
         )  # fmt: skip
+    flat = [k for k in (*_KEYS, "joint_torque") if k in arrays and k not in ("fps", "meta") and not arrays[k].ndim]
+    if flat or arrays["meta"].dtype.kind != "U":
+        found = f"single values for {', '.join(flat)}" if flat else f"{arrays['meta'].dtype} for meta"
+        raise ReferenceFileError(str(path), found=found, expected="arrays by frame, and words")
     return arrays
 
 
@@ -108,19 +115,37 @@ def _meta(data: Mapping[str, ndarray], where: str) -> dict[str, Any]:
     """The JSON entry: robot, hash, and what else was noted."""
     expected = "the metadata of a reference, as JSON"
     meta = parsed(json.loads, str(data["meta"]), f"{where}, meta", expected=expected, error=ReferenceFileError)
-    if not isinstance(meta, dict) or meta.get("format_version") != FORMAT_VERSION:
+    if (
+        not isinstance(meta, dict)
+        or type(meta.get("format_version")) is not int
+        or meta["format_version"] != FORMAT_VERSION
+    ):
         version = meta.get("format_version") if isinstance(meta, dict) else "none"
         raise ReferenceFileError(
             where, found=f"format version {version!r}"[:80], expected=f"version {FORMAT_VERSION}",
             cure="use the release that wrote it, or retarget the clip again",
         )  # fmt: skip
-    kinds = {"robot": str, "robot_hash": str, "source": dict, "report": dict, "segment_names": list}
+    kinds = {"robot": str, "robot_hash": str, "source": dict, "report": dict, "segment_names": list, "config": dict}
     for key, kind in kinds.items():
         required = key in ("robot", "robot_hash")
         if (required or key in meta) and not isinstance(meta.get(key), kind):
             raise ReferenceFileError(
                 f"{where}, meta, {key}", found=repr(meta.get(key))[:60], expected=f"a {kind.__name__}"
             )
+    for key, value in _CONVENTIONS.items():
+        if meta.get(key, value) != value:
+            raise ReferenceFileError(f"{where}, meta, {key}", found=repr(meta[key])[:60], expected=value)
+    source = meta.get("source", {}).get("file", "")
+    if not isinstance(source, str) or len(source) > MAX_NAME or source != Path(source).name or "\0" in source:
+        raise ReferenceFileError(f"{where}, meta, source", found=repr(source)[:60], expected="the name of a file")
+    words = (meta["robot"], *meta.get("segment_names", ()))
+    if not all(isinstance(word, str) and len(word) <= MAX_NAME and word.isprintable() for word in words):
+        raise ReferenceFileError(
+            f"{where}, meta, robot, segment_names", found=repr(words)[:60], expected="printable words"
+        )
+    if len(meta.get("segment_names", ())) not in (0, len(data["segments"])):
+        found = f"{len(meta['segment_names'])} of {len(data['segments'])} segments"
+        raise ReferenceFileError(f"{where}, meta, segment_names", found=found, expected="a name for each, or none")
     for metric in meta.get("report", {}).values():
         if not isinstance(metric, dict) or not isinstance(metric.get("passed"), bool):
             raise ReferenceFileError(
@@ -157,6 +182,11 @@ def _fps(data: Mapping[str, ndarray], where: str) -> float:
 def _check_velocities(reference: Reference, where: str) -> None:
     """Hold every velocity against the positions' central differences, by which they were made."""
     dt, r = 1.0 / reference.fps, reference
+    if r.frames < _FEWEST:
+        raise ReferenceFileError(f"{where}, joint_pos", found=f"{r.frames} frames", expected=f"{_FEWEST} at least")
+    if ((r.body_quat_w[1:] * r.body_quat_w[:-1]).sum(axis=-1) < 0.0).any():
+        found = "quaternions that change their sign between two frames"
+        raise ReferenceFileError(f"{where}, body_quat_w", found=found, expected="the nearer of the two signs")
     digits = np.finfo(np.float32 if r.joint_pos.dtype == np.float32 else np.float64).eps
     made = {
         "joint_vel": (r.joint_pos, rot.linear_velocity),
@@ -164,8 +194,6 @@ def _check_velocities(reference: Reference, where: str) -> None:
         "body_ang_vel_w": (r.body_quat_w, rot.angular_velocity),
     }
     for name, (positions, velocity) in made.items():
-        if r.frames < 2:
-            raise ReferenceFileError(f"{where}, joint_pos", found=f"{r.frames} frames", expected="two at least")
         there = getattr(r, name)
         off = float(np.abs(there - velocity(np.asarray(positions, dtype=float), dt)).max())
         scale = max(1.0, float(np.abs(positions).max())) / dt + float(np.abs(there).max())

@@ -45,7 +45,7 @@ def build_robot(profile: RobotProfile) -> RobotModel:
         spec.joint(name).actfrcrange = [-effort, effort]
     try:
         model = spec.compile()
-    except ValueError as e:
+    except (ValueError, RuntimeError) as e:
         raise RobotError(where, found=f"a model that MuJoCo cannot compile ({e})", expected="a robot") from e
     return _finish(profile, model, joint_names, tables, limits)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from importlib import import_module
 from typing import Any
 
@@ -34,6 +35,8 @@ class RobotError(DanceError):
 def import_or_refuse(module: str, refusal: DanceError) -> Any:
     """A module of an optional package; the refusal is raised where it is not installed or does not load."""
     try:
-        return import_module(module)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of one package about another: nobody here can act on it
+            return import_module(module)
     except ImportError as e:
         raise refusal from e

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robot_models.errors import RobotError
+from robot_models.incoming import MAX_BODIES, MAX_ELEMENTS, MAX_MODEL, read_text, refusal_of_child
 from robot_models.profile import RobotProfile, Source
 
 if TYPE_CHECKING:
@@ -58,10 +59,7 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
 
 
 def _text_of(path: Path) -> str:
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as e:
-        raise RobotError(str(path), found=f"a file that cannot be read ({e})", expected="a URDF or MJCF robot") from e
+    text = read_text(path, expected="a URDF or MJCF robot", most=MAX_MODEL, error=RobotError)
     if "<!ENTITY" in text:
         raise RobotError(str(path), found="XML entities", expected="a robot spelt out", cure="expand them first")
     return text
@@ -82,15 +80,65 @@ def open_spec(path: Path, *, primitives: bool = True, repair: bool = False) -> m
 
     text = _text_of(path)
     try:
-        if ET.fromstring(text).tag == "robot":
+        tree = ET.fromstring(text)
+        _try_in_child(path, tree)
+        if tree.tag == "robot":
             spec = mujoco.MjSpec.from_string(_urdf_for_mujoco(text, primitives, repair))
         else:
             spec = mujoco.MjSpec.from_file(str(path))
-    except (ValueError, ET.ParseError) as e:
+    except (ValueError, RuntimeError, ET.ParseError) as e:
         raise RobotError(str(path), found=f"a file that MuJoCo refuses ({e})", expected="a URDF or MJCF robot") from e
+    if len(spec.bodies) > MAX_BODIES:
+        raise RobotError(str(path), found=f"{len(spec.bodies)} bodies", expected=f"a robot of at most {MAX_BODIES}")
     _strip(spec)
     _free_the_root(spec, path)
     return spec
+
+
+_NO_NUMBER = re.compile(r"(?:^|\s)[-+]?(?:nan|inf|infinity)(?:\s|$)", re.IGNORECASE)
+_GROWING = {
+    "include",
+    "attach",
+    "model",
+    "replicate",
+    "composite",
+    "flexcomp",
+    "flex",
+    "hfield",
+    "texture",
+    "plugin",
+    "skin",
+}
+_TRY = """
+import mujoco
+mujoco.MjSpec.from_file(sys.argv[1])
+"""
+
+
+def _try_in_child(path: Path, tree: ET.Element) -> None:
+    """Have a process of limited time and memory open a file that may grow beyond what stands in it.
+
+    Raises:
+        RobotError: it came to grief, or has more elements than any robot.
+    """
+    for element in tree.iter():
+        for key, value in element.attrib.items():
+            if key != "name" and _NO_NUMBER.search(value):
+                raise RobotError(f"{path}, {element.tag} {key}", found=value[:60], expected="finite numbers")
+    tags = [element.tag for element in tree.iter()]
+    bodies = tags.count("link")
+    if len(tags) > MAX_ELEMENTS or bodies > MAX_BODIES:
+        raise RobotError(
+            str(path),
+            found=f"{len(tags)} elements, {bodies} links",
+            expected=f"at most {MAX_ELEMENTS} and {MAX_BODIES}",
+        )
+    if tree.tag != "robot" and _GROWING & set(tags):
+        complaint = refusal_of_child(_TRY, [str(path)])
+        if complaint:
+            raise RobotError(
+                str(path), found=f"a file that MuJoCo comes to grief over ({complaint})", expected="a robot"
+            )
 
 
 def _urdf_for_mujoco(text: str, primitives: bool, repair: bool) -> str:

@@ -18,8 +18,10 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models.errors import RobotError
+from robot_models.incoming import MAX_CONFIG, MAX_NAME, check_pattern, file_name, parsed, printable, read_text
 
 PROFILES = Path(__file__).parent / "profiles"
+_LARGEST = 1e6  # number of a profile: no gain, torque or length of a robot comes near
 FEET = ("left", "right")
 LANDMARKS = (
     "pelvis", "torso", "head",
@@ -140,17 +142,60 @@ def read_profile(path: Path) -> RobotProfile:
     Raises:
         RobotError: the file is absent, is not TOML, or lacks or mistypes an entry.
     """
-    if not path.is_file():
-        raise RobotError(str(path), found="no such file", expected="a robot profile (TOML)")
+    text = read_text(path, expected="a robot profile (TOML)", most=MAX_CONFIG, error=RobotError)
+    data = parsed(tomllib.loads, text, str(path), expected="a robot profile (TOML)", error=RobotError)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-        return _parse(data, path)
-    except tomllib.TOMLDecodeError as e:
-        raise RobotError(str(path), found=f"text that is not TOML ({e})", expected="a robot profile") from e
+        profile = _parse(data, path)
     except KeyError as e:
         raise RobotError(str(path), found=f"no entry {e}", expected="a full profile", cure="see docs/robots.md") from e
-    except (TypeError, ValueError) as e:
+    except (AttributeError, TypeError, ValueError) as e:
         raise RobotError(str(path), found=f"an entry of the wrong kind ({e})", expected="a full profile") from e
+    _check(profile, str(path))
+    return profile
+
+
+def _check(profile: RobotProfile, where: str) -> None:
+    """Refuse what is of the right kind and still no robot's.
+
+    Raises:
+        RobotError: a name that is none, a number that is none, or a pattern that may not end.
+    """
+    words = (
+        profile.name,
+        profile.title,
+        profile.root,
+        profile.anchor,
+        profile.imu,
+        *profile.tracked,
+        *profile.csv_columns,
+    )
+    words += (*profile.landmarks.values(), *profile.variants, *(x for pair in profile.excludes for x in pair))
+    for word in words:
+        if not isinstance(word, str) or len(word) > MAX_NAME or not word.isprintable():
+            raise RobotError(
+                where, found=printable(repr(word)[:60]), expected=f"a word of at most {MAX_NAME} characters"
+            )
+    if file_name(profile.name) != profile.name:
+        raise RobotError(
+            f"{where}, name", found=repr(profile.name), expected="a name that can be a file's: letters, digits, _ - ."
+        )
+    for key in ("kp", "kd", "armature", "effort", "velocity", "damping", "default_pose"):
+        for pattern, value in getattr(profile, key).items():
+            check_pattern(pattern, f"{where}, {key}", error=RobotError)
+            number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST
+            if not number or (value < 0.0 and key != "default_pose"):
+                raise RobotError(
+                    f"{where}, {key} of {pattern}", found=repr(value)[:60], expected="a finite number, not below 0"
+                )
+    for pattern in (
+        *profile.freeze,
+        *profile.kp_band,
+        *profile.kd_band,
+        *(p for v in profile.variants.values() for p in v),
+    ):
+        check_pattern(pattern, where, error=RobotError)
+    if not 0.0 < profile.friction <= _LARGEST:
+        raise RobotError(f"{where}, friction", found=repr(profile.friction), expected="a finite number above 0")
 
 
 def _parse(data: dict[str, Any], path: Path) -> RobotProfile:

@@ -19,6 +19,7 @@ from numpy import ndarray
 from clips import PIVOTING, PLANTED, HumanClip, Reference, write_whole
 from retarget import Report, Retargeted
 from robot_models import FEET, Part, RobotModel, heel_toe_positions
+from robot_models.incoming import printable
 from robot_models.maths import rotation as rot
 from robot_models.maths import smooth
 
@@ -34,7 +35,7 @@ def label(log: Log, entity: str, text: str, root_pos: ndarray, index: list[Any])
     """A name over a figure's head."""
     import rerun as rr
 
-    log.log(entity, rr.Points3D.from_fields(radii=[0.001], labels=[text], show_labels=True), static=True)
+    log.log(entity, rr.Points3D.from_fields(radii=[0.001], labels=[printable(text)], show_labels=True), static=True)
     above = (root_pos + np.array([0.0, 0.0, 0.75])).astype(np.float32)
     log.send_columns(entity, index, rr.Points3D.columns(positions=above))
 
@@ -42,13 +43,14 @@ def label(log: Log, entity: str, text: str, root_pos: ndarray, index: list[Any])
 @contextmanager
 def recording(path: Path, title: str) -> Iterator[Log]:
     """A recording that is whole or absent: it is kept in memory and written at the end."""
-    # Before the import: without the wall clock, what is written depends on the motion alone.
+    # Before the import: what is shown depends on the motion alone. Bytes still differ: Rerun's chunks have ids of their own.
     os.environ.setdefault("RERUN_LOG_TIME", "0")
     import rerun as rr
 
     rr.set_strict_mode(True)
+    title = printable(title)
     log = rr.RecordingStream(
-        "dance-retarget", recording_id=str(uuid.uuid5(_SPACE, f"{title}/{path.name}")), send_properties=False
+        "dance-retarget", recording_id=str(uuid.uuid5(_SPACE, f"{title}/{printable(path.name)}")), send_properties=False
     )
     # In memory first: Rerun's own file writer only logs that a disk was full.
     memory = log.memory_recording()
@@ -221,7 +223,7 @@ def markdown(text: str) -> Any:
     """A document for the recording."""
     import rerun as rr
 
-    return rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
+    return rr.TextDocument(printable(text), media_type=rr.MediaType.MARKDOWN)
 
 
 def report_text(report: Report, sources: Sequence[HumanClip]) -> str:

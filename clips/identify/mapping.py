@@ -9,6 +9,7 @@ from pathlib import Path
 
 from clips.clip import OPTIONAL, REQUIRED
 from clips.errors import ClipError
+from robot_models.incoming import MAX_CONFIG, parsed, read_text
 
 _HEADER = """\
 # Which point of {file} is which part of the body.
@@ -81,12 +82,9 @@ def read_mapping(path: Path, names: Sequence[str]) -> dict[str, str]:
     Raises:
         ClipError: no such file, no TOML, a landmark that is none, a point that is not among `names`, or one missing.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8")).get("landmarks")
-    except OSError as e:
-        raise ClipError(str(path), found=f"no mapping ({e.strerror})", expected="a mapping file") from e
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
-        raise ClipError(str(path), found=f"no TOML ({e})", expected='lines like left_hip = "LeftUpLeg"') from e
+    expected = 'lines like left_hip = "LeftUpLeg"'
+    text = read_text(path, expected=f"a mapping file: {expected}", most=MAX_CONFIG, error=ClipError)
+    table = parsed(tomllib.loads, text, str(path), expected=expected, error=ClipError).get("landmarks")
     if not isinstance(table, dict) or not all(isinstance(v, str) for v in table.values()):
         raise ClipError(str(path), found="no table [landmarks] of names", expected='lines like left_hip = "LeftUpLeg"')
     known = {k: v for k, v in table.items() if v}

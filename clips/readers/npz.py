@@ -23,7 +23,7 @@ from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import smpl
 from clips.readers.rates import rate
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names
-from robot_models.incoming import read_arrays
+from robot_models.incoming import MAX_NAME, parsed, read_arrays
 from robot_models.maths import rotation as rot
 
 _SOME = 50  # frames whose bodies are held against their joints
@@ -78,6 +78,16 @@ def _need(raw: RawFile, data: Mapping[str, ndarray], dims: Mapping[str, int]) ->
             raise ClipError(f"{raw.name}, {key}", found=f"{array.dtype} values", expected="numbers")
 
 
+def _robot_of(raw: RawFile, data: Mapping[str, ndarray]) -> str:
+    """The robot that a reference's metadata names."""
+    where, expected = f"{raw.name}, meta", "a reference's meta, JSON that names a robot"
+    meta = parsed(json.loads, str(data["meta"]), where, expected=expected, error=ClipError)
+    robot = meta.get("robot") if isinstance(meta, dict) else None
+    if not isinstance(robot, str) or not 0 < len(robot) <= MAX_NAME:
+        raise ClipError(where, found="no JSON that names a robot", expected=expected)
+    return robot
+
+
 def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:
     """BeyondMimic's keys: with names (ours), or without, when the order is found by forward kinematics."""
     _need(raw, data, {"joint_pos": 2, "body_pos_w": 3, "body_quat_w": 3})
@@ -85,12 +95,7 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
     count = data["joint_pos"].shape[1]
     if "joint_names" in data and "meta" in data:
         _need(raw, data, {"joint_names": 1} | ({"body_names": 1} if "body_names" in data else {}))
-        try:
-            robot = str(options.source_robot or json.loads(str(data["meta"]))["robot"])
-        except (ValueError, KeyError, TypeError) as e:
-            raise ClipError(
-                f"{raw.name}, meta", found="no JSON that names a robot", expected="a reference's meta"
-            ) from e
+        robot = options.source_robot or _robot_of(raw, data)
         names = tuple(map(str, data["joint_names"]))
         order = Finding(what="joint order", value="by name", why="key 'joint_names'", confidence="stated")
         dialect = "reference of this project"

@@ -115,6 +115,12 @@ def dynamics_of(reference: Reference, robot: RobotModel) -> Dynamics:
     )
 
 
+def torque_misfit(reference: Reference, robot: RobotModel) -> float:
+    """The largest difference of a reference's torques from the inverse dynamics of its motion, in the motors' efforts."""
+    stored = np.zeros_like(reference.joint_pos) if reference.joint_torque is None else reference.joint_torque
+    return float((np.abs(dynamics_of(reference, robot).joint_torque - stored) / robot.effort).max())
+
+
 def differences(qpos: Float[ndarray, "T nq"], dt: float) -> tuple[Float[ndarray, "T nv"], Float[ndarray, "T nv"]]:
     """Velocities and accelerations in MuJoCo's layout: root linear in the world, root angular in the body frame.
 

@@ -15,6 +15,7 @@ from clips import FREE, PIVOTING, PLANTED, write_whole
 from retarget.errors import RetargetError
 from retarget.targets.contacts import Contacts
 from robot_models import CONTACT_NAMES, RobotModel
+from robot_models.incoming import MAX_CONFIG, read_text
 from robot_models.maths import intervals_of
 
 KINDS = {"free": FREE, "planted": PLANTED, "pivoting": PIVOTING}
@@ -119,10 +120,7 @@ def pin_angles(keys: Iterable[KeyFrame], robot: RobotModel, frames: int, fps: fl
 
 
 def _rows(path: Path, columns: tuple[str, ...]) -> list[tuple[str, Mapping[str, str]]]:
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as e:
-        raise RetargetError(str(path), found=str(e), expected="a readable CSV") from e
+    text = read_text(path, expected="a readable CSV", most=MAX_CONFIG, error=RetargetError).removeprefix("\ufeff")
     reader = csv.DictReader(text.splitlines(), skipinitialspace=True)
     if tuple(reader.fieldnames or ()) != columns:
         raise RetargetError(str(path), found=f"columns {reader.fieldnames}", expected=f"columns {', '.join(columns)}")

@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Literal
 
@@ -25,6 +26,9 @@ from robot_models import DanceError, __version__, load_robot
 SUFFIXES = (".bvh", ".csv", ".pkl", ".npz", ".amc", ".c3d", ".txt", ".motion")
 _FORMAT = 2
 Verdict = Literal["keep", "down-weight", "quarantine", "exclude"]
+
+
+_WATCH_S = 0.5  # between two looks whether the parent is there [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,8 +98,8 @@ def jobs_for(clips: Sequence[Path], robots: Sequence[str], folder: Path) -> list
 
 
 def motion_files(folder: Path, *, but: Path) -> list[Path]:
-    """The files below a folder that may hold motion, by suffix, in order of name; none below `but`, where results go."""
-    found = (p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file())
+    """The files below a folder that may hold motion, by suffix, in order of name; no hidden ones, none below `but`."""
+    found = (p for p in folder.rglob("[!.]*") if p.suffix.lower() in SUFFIXES and p.is_file())
     return sorted(p for p in found if not p.resolve().is_relative_to(but.resolve()))
 
 
@@ -112,12 +116,18 @@ def run_batch(jobs: Sequence[Job], config: BatchConfig, workers: int) -> Iterato
         return
     left = list(jobs)
     with _pool(workers) as pool:
-        futures = {pool.submit(run_job, job, config): job for job in left}
-        for future in as_completed(futures):
-            outcome = _result(future)
-            if outcome is not None:
-                left.remove(futures[future])
-                yield outcome
+        try:
+            futures = {pool.submit(run_job, job, config): job for job in left}
+            for future in as_completed(futures):
+                outcome = _result(future)
+                if outcome is not None:
+                    left.remove(futures[future])
+                    yield outcome
+        except BaseException:  # whoever stops this process does not want others to go on with it
+            pool.shutdown(wait=False, cancel_futures=True)
+            for child in active_children():
+                child.terminate()
+            raise
     # A dead process takes the pool with it. What is left is tried again, each in a pool of its own.
     for job in left:
         with _pool(1) as pool:
@@ -207,7 +217,19 @@ def _note(job: Job) -> Path:
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"))
+    context = get_context("spawn")
+    return ProcessPoolExecutor(max_workers=workers, mp_context=context, initializer=_end_with, initargs=(os.getpid(),))
+
+
+def _end_with(parent: int) -> None:
+    """Have this process end when its parent does, even by a kill."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_WATCH_S)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _result(future: Future[Outcome]) -> Outcome | None:

@@ -2,11 +2,13 @@
 
 from robot_models.incoming.archive import read_arrays, refuse_bombs
 from robot_models.incoming.child import refusal_of_child
-from robot_models.incoming.files import parsed, read_bytes, read_text, regular_file
+from robot_models.incoming.files import expanded, parsed, read_bytes, read_text, reading, regular_file
 from robot_models.incoming.limits import (
     CHILD_BYTES,
     CHILD_SECONDS,
+    MAX_BODIES,
     MAX_CONFIG,
+    MAX_ELEMENTS,
     MAX_FILE,
     MAX_MODEL,
     MAX_NAME,
@@ -18,19 +20,23 @@ from robot_models.incoming.names import check_pattern, file_name, printable
 __all__ = [
     "CHILD_BYTES",
     "CHILD_SECONDS",
+    "MAX_BODIES",
     "MAX_CONFIG",
+    "MAX_ELEMENTS",
     "MAX_FILE",
     "MAX_MODEL",
     "MAX_NAME",
     "MAX_NETWORK",
     "MAX_UNPACKED",
     "check_pattern",
+    "expanded",
     "file_name",
     "parsed",
     "printable",
     "read_arrays",
     "read_bytes",
     "read_text",
+    "reading",
     "refusal_of_child",
     "refuse_bombs",
     "regular_file",

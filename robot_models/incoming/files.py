@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
@@ -59,6 +60,37 @@ def read_text(path: Path, *, expected: str, most: int, error: type[DanceError] =
         return read_bytes(path, expected=expected, most=most, error=error).decode()
     except UnicodeDecodeError as e:
         raise error(str(path), found="bytes that are no text in UTF-8", expected=expected) from e
+
+
+def expanded(value: object) -> float:
+    """How many values stand in nested lists and tables once every alias is spelt out; infinite where one holds itself."""
+    sizes: dict[int, float] = {}
+
+    def size(item: object) -> float:
+        if not isinstance(item, dict | list | tuple):
+            return 1.0
+        if id(item) not in sizes:
+            sizes[id(item)] = float("inf")  # of what is met again inside itself
+            parts = (*item.keys(), *item.values()) if isinstance(item, dict) else item
+            sizes[id(item)] = 1.0 + sum(map(size, parts))
+        return sizes[id(item)]
+
+    return size(value)
+
+
+@contextmanager
+def reading(where: str, *, expected: str, error: type[DanceError] = DanceError) -> Iterator[None]:
+    """A file of somebody else's is taken apart inside: whatever its content makes Python stumble over is a refusal.
+
+    Raises:
+        DanceError: of the type given; one that is raised inside stays as it is.
+    """
+    try:
+        yield
+    except DanceError:
+        raise
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, RecursionError, MemoryError) as e:
+        raise error(where, found=f"{type(e).__name__}: {e}"[:200], expected=expected) from e
 
 
 def parsed(

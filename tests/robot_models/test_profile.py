@@ -74,7 +74,7 @@ def test_a_missing_entry_is_refused_by_name(tmp_path, entry):
         ("friction = 0.9", 'friction = "much"', "the wrong kind.*much"),
         ('licence = "Apache-2.0"', 'license = "Apache-2.0"', "the wrong kind.*licen[cs]e"),
         ("points = [[-0.06, -0.04]", "points = [[-0.06, -0.04, 0.0]", "the wrong kind"),
-        ("[landmarks]", "[landmarks", "not TOML"),
+        ("[landmarks]", "[landmarks", "cannot be read"),
         ('left_wrist = "left_wrist_yaw_link"', "", "no entry 'left_wrist'"),
     ],
 )

@@ -1,9 +1,17 @@
 """Deployment: a bundle on a robot's own wires, between a controller without a simulation and a robot, real or rehearsed."""
 
-from tracking.deploy.guard import Guard
+from tracking.deploy.guard import Guard, GuardConfig
 from tracking.deploy.loop import Performance, StateReader, perform
 from tracking.deploy.outlet import NoOutlet, Outlet, kept_outlet
-from tracking.deploy.rehearsal import FAULTS, Rehearsed, RehearsedFault, performance_numbers, rehearsal_robot, run_robot
+from tracking.deploy.rehearsal import (
+    FAULTS,
+    LOSS,
+    Rehearsed,
+    RehearsedFault,
+    performance_numbers,
+    rehearsal_robot,
+    run_robot,
+)
 from tracking.deploy.robot_limits import RobotLimits
 from tracking.deploy.sdk_output import sdk_output_aside
 from tracking.deploy.stages import Controller, Stage, StageConfig
@@ -13,9 +21,11 @@ from tracking.deploy.transport import CRC_COMPLAINT, ControllerTransport, own_ta
 __all__ = [
     "CRC_COMPLAINT",
     "FAULTS",
+    "LOSS",
     "Controller",
     "ControllerTransport",
     "Guard",
+    "GuardConfig",
     "NoOutlet",
     "Outlet",
     "Performance",

@@ -45,7 +45,7 @@ class GuardConfig:
     temperature: float = 90.0  # of a motor [deg C]: ours to choose, the maker states none
     voltage: float = 41.6  # of the supply, 13 cells of 3.2 V each [V]: below them it collapses under load
     stale: float = 0.1  # age of the newest state [s]: five control periods
-    loss: float = 0.15  # of the states of the best second so far, that no longer come; seen 0.09 beside a training
+    loss: float = 0.15  # of the states of the best second so far, that no longer come
     late: float = 0.1  # a tick after its time [s]
 
 

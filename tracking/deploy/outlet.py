@@ -15,7 +15,7 @@ from tracking.deploy.messages import Command, State
 from tracking.deploy.robot_limits import RobotLimits
 from tracking.errors import TrackingError
 
-_HANGING = 0.06  # a keeper that has not spoken for this long: thirty of its rounds [s]
+_HANGING = 0.05  # a keeper that has not spoken for this long: twenty-five of its rounds [s]
 _PATIENCE = 30.0  # for the keeper to begin [s]
 _FAREWELL = 3.0  # for it to end [s]
 

@@ -11,6 +11,7 @@ from numpy import ndarray
 
 from clips import Reference, check_reference_against, load_reference
 from robot_models import RobotModel, load_robot
+from robot_models.incoming import read_bytes
 from tracking.errors import TrackingError
 from tracking.policy.anchor_chain import anchor_chain
 from tracking.policy.contract import Contract, read_contract
@@ -109,15 +110,11 @@ def _no_reference(tracker: Path) -> TrackingError:
 
 
 def _sha256(reference: Path) -> str:
-    try:
-        return hashlib.sha256(reference.read_bytes()).hexdigest()
-    except OSError as e:
-        raise TrackingError(
-            str(reference),
-            found=f"no reference ({e.strerror})",
-            expected="the one that the policy performs",
-            option="ref",
-        ) from e
+    if not reference.exists():
+        expected = "the one that the policy performs"
+        raise TrackingError(str(reference), found="no reference", expected=expected, option="ref")
+    expected = "the reference that the policy performs"
+    return hashlib.sha256(read_bytes(reference, expected=expected, error=TrackingError)).hexdigest()
 
 
 def _unitree(path: Path) -> Path | None:

@@ -17,6 +17,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips import write_whole
+from robot_models.incoming import MAX_CONFIG, MAX_NAME, parsed, read_text, reading
 from tracking.errors import TrackingError
 
 FORMAT_VERSION = 2
@@ -27,8 +28,9 @@ _TARGETS = {
     FROM_ZERO: "nothing: the scaled action is the target",
 }
 
-_FARTHEST = 500  # control periods that an observation looks ahead or back: ten seconds
+FARTHEST = 500  # control periods that an observation looks ahead or back: ten seconds
 _LARGEST = 100_000  # numbers in one row
+_LARGEST_NUMBER = 1e6  # of gains, efforts, angles: no robot's comes near
 
 
 def _number(value: object, lowest: float, highest: float) -> bool:
@@ -107,8 +109,9 @@ class Contract:
         j = len(self.joint_names)
         for name in _ARRAYS:
             array = np.asarray(getattr(self, name), dtype=float)
-            if array.shape != (j,) or not np.isfinite(array).all():
-                raise self._refused(name, f"shape {array.shape} or numbers that are not finite", f"{j} finite numbers")
+            if array.shape != (j,) or not (np.abs(array) <= _LARGEST_NUMBER).all():
+                found = f"shape {array.shape} or numbers that are not finite"
+                raise self._refused(name, found, f"{j} finite numbers up to {_LARGEST_NUMBER:g}")
             object.__setattr__(self, name, array)
         if len(set(self.joint_names)) < j or not j:
             raise self._refused("joint_names", f"{j} names, some twice or none", "one name per joint")
@@ -118,8 +121,10 @@ class Contract:
             self._check_row(row)
         if not 0.0 < self.control_dt < 1.0:
             raise self._refused("control_dt", repr(self.control_dt), "seconds between 0 and 1")
-        if (self.kp <= 0.0).any() or (self.kd < 0.0).any() or (self.effort <= 0.0).any():
-            raise self._refused("kp, kd, effort", "a gain or an effort that is not positive", "positive numbers")
+        above, not_below = (self.kp, self.effort, self.velocity), (self.kd, self.stand_kp, self.stand_kd)
+        if any((x <= 0.0).any() for x in above) or any((x < 0.0).any() for x in not_below):
+            names = "kp, kd, effort, velocity, stand_kp, stand_kd"
+            raise self._refused(names, "a gain, an effort or a speed that is not positive", "positive numbers")
         if self.target not in _TARGETS:
             raise self._refused("target", repr(self.target), f"one of {', '.join(_TARGETS)}")
         self._check_chain()
@@ -142,12 +147,15 @@ class Contract:
         for name in ("robot", "robot_hash", "reference_sha256", "target", "anchor"):
             if not isinstance(getattr(self, name), str):
                 raise self._refused(name, repr(getattr(self, name))[:40], "a word")
-        if not all(isinstance(name, str) for name in self.joint_names):
-            raise self._refused("joint_names", "a name that is no word", "names")
+        for name in self.joint_names:
+            if not isinstance(name, str) or not 0 < len(name) <= MAX_NAME or not name.isprintable():
+                raise self._refused("joint_names", repr(name)[:40], f"printable words of at most {MAX_NAME} characters")
+        if not isinstance(self.versions, dict):
+            raise self._refused("versions", repr(self.versions)[:40], "versions by the name of a package")
 
     def _check_command(self) -> None:
         """Of the numbers by which a command is improved: each finite and of a size that means something."""
-        for name, most in (("look_ahead", _FARTHEST), ("heading_gain", 100.0), ("position_gain", 100.0)):
+        for name, most in (("look_ahead", FARTHEST), ("heading_gain", 100.0), ("position_gain", 100.0)):
             if not _number(getattr(self, name), 0.0, most):
                 raise self._refused(name, repr(getattr(self, name))[:40], f"between 0 and {most:g}")
         shares, delays = self.feed_forward, self.delay_trained_with_s
@@ -159,7 +167,7 @@ class Contract:
     def _check_row(self, row: Row) -> None:
         fine = (
             isinstance(row.kind, str)
-            and _number(row.at, -_FARTHEST, _FARTHEST)
+            and _number(row.at, -FARTHEST, FARTHEST)
             and _number(row.size, 1, _LARGEST)
             and isinstance(row.at, int)
             and isinstance(row.size, int)
@@ -223,18 +231,17 @@ def read_contract(path: Path) -> Contract:
     Raises:
         TrackingError: not a contract, of another format version, or numbers that do not fit together.
     """
-    try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-        version = told.get("format_version")
-    except (OSError, ValueError, AttributeError) as e:
-        raise TrackingError(str(path), found="no contract", expected="contract.json of a policy bundle") from e
+    expected = "contract.json of a policy bundle"
+    text = read_text(path, expected=expected, most=MAX_CONFIG, error=TrackingError)
+    told = parsed(json.loads, text, str(path), expected=expected, error=TrackingError)
+    version = told.get("format_version") if isinstance(told, dict) else None
     if version != FORMAT_VERSION:
         raise TrackingError(
             f"{path}, format_version", found=repr(version), expected=str(FORMAT_VERSION),
             cure="update dance-retarget" if isinstance(version, int) and version > FORMAT_VERSION else "export it again",
         )  # fmt: skip
     names = {f.name for f in fields(Contract)}
-    try:
+    with reading(str(path), expected="every key of a contract", error=TrackingError):
         rows = tuple(Row(**{k: r[k] for k in _names(Row) if k in r}) for r in told["observation"])
         chain = tuple(
             ChainLink(pos=tuple(link["pos"]), quat=tuple(link["quat"]), joint=link["joint"], axis=tuple(link["axis"]))
@@ -258,8 +265,6 @@ def read_contract(path: Path) -> Contract:
             delay_trained_with_s=(float(shortest), float(longest)), feed_forward=tuple(told.get("feed_forward", ())),
         )  # fmt: skip
         slices = [tuple(r["slice"]) for r in told["observation"]]
-    except (KeyError, TypeError, ValueError) as e:
-        raise TrackingError(str(path), found=f"{type(e).__name__}: {e}", expected="every key of a contract") from e
     ends = np.cumsum([0, *(row.size for row in rows)]).tolist()
     if slices != list(pairwise(ends)):
         raise TrackingError(

@@ -18,6 +18,8 @@ from tracking.errors import TrackingError
 from tracking.policy.measurement import Measurement
 from tracking.policy.runner import Runner
 
+_LONGEST = 3000  # control periods: a minute
+_UNIT = 1e-3  # of a quaternion's length off one
 TOLERANCE = 1e-4  # of observations, actions and targets: float32 networks on another processor
 
 
@@ -46,19 +48,21 @@ def read_golden(path: Path) -> Golden:
     Raises:
         TrackingError: there is none, an array is missing, or the numbers are none.
     """
-    try:
-        file = read_arrays(path, str(path), expected="golden.npz of a policy bundle", error=TrackingError)
-        golden = Golden(**{f.name: np.asarray(file[f.name], dtype=float) for f in fields(Golden)})
-    except (TypeError, ValueError, KeyError) as e:
-        raise _refused(path, f"no golden trace ({e})", "golden.npz of a policy bundle") from e
-    arrays = vars(golden)
-    if {len(x) if x.ndim == 2 else -1 for x in arrays.values()} & {-1, 0} or len({len(x) for x in arrays.values()}) > 1:
+    file = read_arrays(path, str(path), expected="golden.npz of a policy bundle", error=TrackingError)
+    arrays: dict[str, ndarray] = {}
+    for name in (f.name for f in fields(Golden)):
+        array = file.get(name, np.zeros(0))
+        if array.ndim != 2 or not len(array) or array.dtype.kind not in "fiu" or not np.isfinite(array).all():
+            found = f"{name}: {array.dtype} of shape {array.shape}, or numbers that are not finite"
+            raise _refused(path, found, "finite numbers by control period, one period at least")
+        arrays[name] = np.asarray(array, dtype=float)
+    golden = Golden(**arrays)
+    periods = {len(array) for array in arrays.values()}
+    if len(periods) > 1 or max(periods) > _LONGEST or golden.quat.shape[1] != 4 or golden.gyro.shape[1] != 3:
+        shapes = ", ".join(str(array.shape) for array in arrays.values())
         raise _refused(
-            path, f"arrays of {', '.join(str(x.shape) for x in arrays.values())}", "as many periods each, one at least"
+            path, f"arrays of {shapes}", f"as many periods each, at most {_LONGEST}; 4 and 3 numbers of the IMU"
         )
-    wrong = [name for name, x in arrays.items() if not np.isfinite(x).all()]
-    if wrong:
-        raise _refused(path, f"{', '.join(wrong)} with numbers that are not finite", "finite ones")
     return golden
 
 
@@ -80,6 +84,12 @@ def replay(runner: Runner, golden: Golden) -> float:
     Raises:
         TrackingError: it is over the tolerance: this runner would not do what was trained.
     """
+    joints = {golden.joint_pos.shape[1], golden.joint_vel.shape[1], len(runner.contract.joint_names)}
+    if len(joints) > 1 or np.abs(np.linalg.norm(golden.quat, axis=1) - 1.0).max() > _UNIT:
+        raise TrackingError(
+            "golden trace, sensors", found=f"joints {sorted(joints)}, or quaternions that are none",
+            expected="the sensors of this robot", cure="export the bundle again; do not run this one",
+        )  # fmt: skip
     apart: dict[str, float] = {"observation": 0.0, "action": 0.0, "target": 0.0}
     for k in range(len(golden.quat)):
         now = _measured(golden, k)

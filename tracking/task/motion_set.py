@@ -100,7 +100,7 @@ def select_references(paths: Sequence[Path], robot: str | None = None, *, below_
     Raises:
         DanceError: a named file is no reference or below a gate; no reference is left; references of several robots.
     """
-    files = [f for path in paths for f in (sorted(path.glob("*.npz")) if path.is_dir() else [path])]
+    files = [f for path in paths for f in (sorted(path.glob("[!.]*.npz")) if path.is_dir() else [path])]
     pieces = {file: _read_if_reference(file, named=file in paths) for file in files}
     model = _load(
         robot or _one_robot(paths, [p for p in pieces.values() if p is not None]), paths, stated=robot is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import time
@@ -37,12 +38,14 @@ from tracking.training import (
     export_bundle,
     export_tracker,
     make_algorithm,
-    prepare_folder,
+    run_folder,
     torch_policy,
     write_curves,
 )
 
 LABELS, FORMAT_VERSION = "labels.bin", 1
+
+_SAVE_EVERY = 200_000  # labels between two checkpoints, at most: one to three minutes; counted, so that runs repeat
 
 
 def teach(
@@ -70,7 +73,7 @@ def teach(
         TrackingError: no tracker, or the run cannot be resumed.
     """
     with ExitStack() as stack:
-        prepare_folder(folder, resume)
+        stack.enter_context(run_folder(folder, resume))
         run = Run(folder=folder)
         going_on = resume and (folder / CHECKPOINT).exists()
         if teacher.suffix != ".onnx":  # a teacher of ours, which can learn
@@ -222,7 +225,7 @@ def _learn(
             board.scalars({f"failures/{name}": count for name, count in causes.items()}, run.steps)
             progress("teach", run.steps, budget, _line(run, lesson))
             if signals.came:
-                run.stopped = signals.came
+                run.stopped = signals.came  # what came since the last save is done again, and comes out the same
             elif run.steps // every > before // every or run.steps >= budget:
                 row = run.evaluate(torch_policy(lesson.actor), lesson.task.robot, pieces, config)
                 run.curves.append(row | {"loss": lesson.loss})
@@ -230,6 +233,8 @@ def _learn(
                 board.evaluation(run.steps, row)
                 _save(run, lesson, config, pieces)
                 run.stopped = run.reason_to_stop(config, budget)
+            elif run.steps // _SAVE_EVERY > before // _SAVE_EVERY:
+                _save(run, lesson, config, pieces)
 
 
 def _save(run: Run, lesson: Distillation, config: TrainConfig, pieces: Sequence[NamedReference]) -> None:
@@ -241,8 +246,10 @@ def _save(run: Run, lesson: Distillation, config: TrainConfig, pieces: Sequence[
         "reference_sha256": motion_set_sha256(pieces),
         "progress": json.dumps({"steps": run.steps, "seconds": run.seconds, "curves": run.curves}),
     }
+    content = io.BytesIO()
+    torch.save(state, content)  # to memory first: on a full disk torch names no disk
     with write_whole(run.folder / CHECKPOINT) as stream:
-        torch.save(state, stream)
+        stream.write(content.getbuffer())
     if run.curves:
         write_curves(run.folder / CURVES, run.curves)
     lesson.begin_anew()

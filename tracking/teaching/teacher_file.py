@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -52,8 +53,10 @@ def save_teacher(path: Path, trainer: TeacherTrainer, steps: int, *, optimiser: 
         "config": json.dumps(asdict(trainer.teacher), sort_keys=True),
         "algorithm": state,
     }
+    content = io.BytesIO()
+    torch.save(told, content)  # to memory first: on a full disk torch names no disk
     with write_whole(path) as stream:
-        torch.save(told, stream)
+        stream.write(content.getbuffer())
 
 
 def load_teacher(path: Path) -> Teacher:

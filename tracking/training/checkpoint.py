@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import asdict
 from pathlib import Path
@@ -39,8 +40,10 @@ def save_checkpoint(
         "reference_sha256": reference_sha256,
         "progress": json.dumps(progress),
     }
+    content = io.BytesIO()
+    torch.save(state, content)  # to memory first: on a full disk torch names no disk
     with write_whole(path) as stream:
-        torch.save(state, stream)
+        stream.write(content.getbuffer())
 
 
 def load_checkpoint(path: Path) -> dict[str, Any]:

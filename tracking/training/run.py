@@ -19,10 +19,11 @@ from tracking.training.checkpoint import load_checkpoint, restore, save_checkpoi
 from tracking.training.curves import TensorBoard, write_curves
 from tracking.training.distributed import join_team
 from tracking.training.ppo import Iteration, Trainer
-from tracking.training.run_record import CHECKPOINT, CURVES, Run, prepare_folder
+from tracking.training.run_record import CHECKPOINT, CURVES, Run, run_folder
 from tracking.training.stop_signals import Signals
 
 _APART = 10_000  # between the seeds of the processes of a team
+_SAVE_S = 120.0  # of wall time between two checkpoints, at most [s]
 
 
 def train(
@@ -51,7 +52,7 @@ def train(
         team = join_team()
         stack.callback(team.leave)
         if team.is_leader:
-            prepare_folder(folder, resume)
+            stack.enter_context(run_folder(folder, resume))
         task = TrackingTask(
             robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces],
             envs=team.share(config.envs, "environments"), config=config.task, seed=config.seed + _APART * team.rank,
@@ -80,7 +81,7 @@ def _learn(
         if not run.curves:
             _judge(run, trainer, pieces, config, board)
         run.stopped = team.broadcast(run.reason_to_stop(config, config.steps))
-        told_to = ""
+        told_to, saved = "", time.monotonic()
         while not run.stopped:
             trainer.task.advance_curriculum(run.steps / config.steps)
             result = trainer.iterate(_wanted_kl(config.ppo, run))
@@ -91,6 +92,10 @@ def _learn(
             progress("train", run.steps, config.steps, _line(run, result))
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
                 _judge(run, trainer, pieces, config, board)
+                saved = time.monotonic()
+            elif team.broadcast(time.monotonic() - saved > _SAVE_S):  # the leader's clock
+                _save(run, trainer, config, sha)
+                saved = time.monotonic()
             told_to = next(filter(None, team.gather(signals.came)), "")  # any process may be told
             run.stopped = team.broadcast(told_to or run.reason_to_stop(config, config.steps))
         # A run that is told to stop has little time: it saves, and is judged when it is resumed.

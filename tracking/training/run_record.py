@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
 from tracking.policy import Policy
 from tracking.task import NamedReference
+from tracking.training.folder_lock import alone_in
 
 CHECKPOINT, CURVES, TEACHER = "checkpoint.pt", "curves.csv", "teacher.pt"
 
@@ -74,18 +76,21 @@ class Run:
         return ""
 
 
-def prepare_folder(folder: Path, resume: bool) -> None:
-    """Make a run's folder.
+@contextmanager
+def run_folder(folder: Path, resume: bool) -> Iterator[None]:
+    """Make a run's folder, and hold it for as long as the block lasts.
 
     Raises:
-        TrackingError: a run is already there, and shall not go on; or the folder cannot be made.
+        TrackingError: a run is already there, and shall not go on; another writes there now; or it cannot be made.
     """
-    if not resume and any((folder / name).exists() for name in (CHECKPOINT, TEACHER)):
-        raise TrackingError(
-            str(folder), found="a run that is already there", expected="a new folder",
-            cure="name another, or go on with it", option="resume", suggestion=" ",
-        )  # fmt: skip
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as e:
         raise TrackingError(str(folder), found=f"a folder that cannot be made ({e.strerror})", expected="one") from e
+    with alone_in(folder):
+        if not resume and any((folder / name).exists() for name in (CHECKPOINT, TEACHER)):
+            raise TrackingError(
+                str(folder), found="a run that is already there", expected="a new folder",
+                cure="name another, or go on with it", option="resume", suggestion=" ",
+            )  # fmt: skip
+        yield

@@ -28,6 +28,7 @@ from tracking.deploy.rehearsal.faults import faults
 if TYPE_CHECKING:
     import mujoco
 
+LOSS = 0.3  # of its states: on a busy computer it stumbles by itself; a robot's own computer does not
 STATE_DT = 0.002  # between two states: 500 Hz [s]
 _SUBSTEPS = 2  # physics steps in between
 _SILENCE = 0.2  # without a new command, then damping [s]

@@ -21,6 +21,9 @@ from tracking.policy.network import open_onnx
 from tracking.policy.readers.policy_import import check_size, contract_for, policy_rows
 from tracking.policy.runner import Runner
 
+_FEWEST_FRAMES, _MOST_FRAMES = 3, 60_000  # of the motion inside: up to twenty minutes
+_FASTEST = 100.0  # joint of a motion [rad/s]: three times what motors of humanoids do
+
 
 def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) -> tuple[Runner, Reference]:
     """A policy exported by BeyondMimic's whole_body_tracking or mjlab, with the motion that it has inside.
@@ -35,7 +38,7 @@ def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) ->
     """
     session = open_onnx(path)
     told = dict(session.get_modelmeta().custom_metadata_map)
-    if "joint_names" not in told or "time_step" not in {i.name for i in session.get_inputs()}:
+    if "joint_names" not in told or {i.name for i in session.get_inputs()} != {"obs", "time_step"}:
         raise TrackingError(
             str(path), found=f"metadata {', '.join(sorted(told)) or 'none'}",
             expected="joint_names and the rest of BeyondMimic's metadata, and an input time_step",
@@ -43,8 +46,8 @@ def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) ->
         )  # fmt: skip
     names, histories = _words(told, "observation_names", path), told.get("observation_history_lengths", "")
     joints = tuple(_words(told, "joint_names", path))
-    lengths = _numbers(told, "observation_history_lengths", path).astype(int) if histories else np.ones(len(names), int)
-    if len(lengths) != len(names) or (lengths < 1).any():
+    lengths = _numbers(told, "observation_history_lengths", path) if histories else np.ones(len(names))
+    if len(lengths) != len(names):
         raise TrackingError(
             f"{path}, observation_history_lengths", found=histories, expected=f"{len(names)} numbers from 1 on"
         )
@@ -57,14 +60,15 @@ def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) ->
         default_joint_pos=_numbers(told, "default_joint_pos", path), kp=_numbers(told, "joint_stiffness", path),
         kd=_numbers(told, "joint_damping", path), action_scale=_numbers(told, "action_scale", path),
     )  # fmt: skip
-    size = session.get_inputs()[0].shape[-1]
+    size = {i.name: i.shape for i in session.get_inputs()}["obs"][-1]
     check_size(contract, size, str(path))
     bodies = _words(told, "body_names", path)
     if anchor not in bodies or robot.body_names[0] not in bodies:
         raise TrackingError(
             f"{path}, body_names", found=", ".join(bodies), expected=f"{robot.body_names[0]} and {anchor}"
         )
-    motion = _motion_inside(session, size, told)
+    _check_outputs(session, len(joints), len(bodies), str(path))
+    motion = _motion_inside(session, size, told, path)
     root, at = bodies.index(robot.body_names[0]), bodies.index(anchor)
     _hold_against_itself(robot, joints, bodies, motion, path)
     tables = Motion(
@@ -79,9 +83,6 @@ def read_beyondmimic(path: Path, robot: RobotModel, control_dt: float = 0.02) ->
         last=np.full(len(motion["joint_pos"]), len(motion["joint_pos"]) - 1),
         root_ang_vel=_in_root(rot.angular_velocity(motion["body_quat_w"][:, root], control_dt), motion, root),
     )
-    outputs = {o.name for o in session.get_outputs()}
-    if "actions" not in outputs:
-        raise TrackingError(f"{path}, outputs", found=", ".join(sorted(outputs)), expected="actions")
 
     def policy(observation: ndarray) -> ndarray:
         steps = runner.frame.astype(np.float32)[:, None, None]
@@ -110,7 +111,19 @@ def _in_root(velocity: ndarray, motion: Mapping[str, ndarray], root: int) -> Flo
     return np.asarray(rot.rotate(rot.conjugate(motion["body_quat_w"][:, root]), velocity), dtype=float)
 
 
-def _motion_inside(session: Any, size: int, told: Mapping[str, str]) -> dict[str, ndarray]:
+def _check_outputs(session: Any, joints: int, bodies: int, source: str) -> None:
+    """Refuse a network whose outputs are not actions and the motion's tables, of so many joints and bodies."""
+    wanted = {
+        "actions": [joints], "joint_pos": [joints], "joint_vel": [joints], "body_pos_w": [bodies, 3], "body_quat_w": [bodies, 4]
+    }  # fmt: skip
+    there = {o.name: list(o.shape[1:]) for o in session.get_outputs()}
+    for name, shape in wanted.items():
+        if there.get(name) != shape:
+            found = f"shape {there[name]}" if name in there else f"none among {', '.join(there)}"
+            raise TrackingError(f"{source}, output {name}", found=found[:200], expected=f"{shape} numbers")
+
+
+def _motion_inside(session: Any, size: int, told: Mapping[str, str], path: Path) -> dict[str, ndarray]:
     """The motion that the file carries: its outputs at every time step, which hold at the last."""
     names = ["joint_pos", "joint_vel", "body_pos_w", "body_quat_w"]
     blank = np.zeros((1, size), dtype=np.float32)
@@ -119,13 +132,35 @@ def _motion_inside(session: Any, size: int, told: Mapping[str, str]) -> dict[str
         values = session.run(names, {"obs": blank, "time_step": np.array([[t]], dtype=np.float32)})
         return [np.asarray(v[0], dtype=float) for v in values]
 
-    frames, last = [at(0)], at(10**6)
-    total = int(float(told["total_time_steps"])) if "total_time_steps" in told else 10**6
-    while len(frames) < total:
+    stated = _numbers(told, "total_time_steps", path) if "total_time_steps" in told else np.array([_MOST_FRAMES])
+    if not (len(stated) == 1 and float(stated[0]).is_integer() and _FEWEST_FRAMES <= stated[0] <= _MOST_FRAMES):
+        raise TrackingError(
+            f"{path}, metadata total_time_steps", found=told["total_time_steps"][:60],
+            expected=f"one whole number from {_FEWEST_FRAMES} to {_MOST_FRAMES}",
+        )  # fmt: skip
+    frames, last = [at(0)], at(_MOST_FRAMES)
+    while len(frames) < stated[0]:
         frames.append(at(len(frames)))
-        if total == 10**6 and all(np.array_equal(a, b) for a, b in zip(frames[-1], last, strict=True)):
+        if "total_time_steps" not in told and all(np.array_equal(a, b) for a, b in zip(frames[-1], last, strict=True)):
             break
-    return {name: np.stack(values) for name, values in zip(names, zip(*frames, strict=True), strict=True)}
+    motion = {name: np.stack(values) for name, values in zip(names, zip(*frames, strict=True), strict=True)}
+    _check_motion(motion, str(path))
+    return motion
+
+
+def _check_motion(motion: Mapping[str, ndarray], source: str) -> None:
+    """Refuse a motion that is none: not finite, no unit quaternions, velocities that are another motion's."""
+    long = not all(np.isfinite(x).all() and len(x) >= _FEWEST_FRAMES for x in motion.values())
+    if long or np.abs(np.linalg.norm(motion["body_quat_w"], axis=-1) - 1.0).max() > 0.01:
+        raise TrackingError(
+            f"{source}, motion", found="numbers that are not finite, quaternions that are none, or too few frames",
+            expected="the motion that the policy performs",
+        )  # fmt: skip
+    fastest = np.abs(motion["joint_vel"]).max()
+    if fastest > _FASTEST:
+        raise TrackingError(
+            f"{source}, motion joint_vel", found=f"{fastest:.3g} rad/s", expected=f"at most {_FASTEST:g}"
+        )
 
 
 def _reference(robot: RobotModel, contract: Contract, motion: Motion, source: str) -> Reference:

@@ -18,14 +18,17 @@ from numpy import ndarray
 
 from clips import Reference
 from robot_models import RobotModel
+from robot_models.incoming import MAX_CONFIG, expanded, read_text, reading
 from tracking.errors import TrackingError
 from tracking.policy.anchor_chain import anchor_chain
-from tracking.policy.contract import FROM_DEFAULT, Contract, Row
+from tracking.policy.contract import FARTHEST, FROM_DEFAULT, Contract, Row
 from tracking.policy.gains import standing_gains
 from tracking.policy.motion import motion_of
 from tracking.policy.network import open_onnx
 from tracking.policy.observation_terms import KIND_OF, row_of
 from tracking.policy.runner import Runner
+
+_MOST_VALUES = 100_000  # of a file, every alias spelt out
 
 
 def read_unitree(path: Path, robot: RobotModel, reference: Reference, network: Path) -> Runner:
@@ -42,8 +45,15 @@ def read_unitree(path: Path, robot: RobotModel, reference: Reference, network: P
     """
     import yaml
 
-    try:
-        told = yaml.safe_load(path.read_text(encoding="utf-8"))
+    expected = "the keys of Unitree's deploy.yaml"
+    text = read_text(path, expected=expected, most=MAX_CONFIG, error=TrackingError)
+    with reading(str(path), expected=expected, error=TrackingError):
+        try:
+            told = yaml.safe_load(text)
+        except yaml.YAMLError as e:
+            raise TrackingError(str(path), found=f"no YAML ({e})"[:200], expected=expected) from e
+        if expanded(told) > _MOST_VALUES:
+            raise TrackingError(str(path), found="aliases of aliases without end", expected="numbers spelt out")
         ids = [int(i) for i in told["joint_ids_map"]]
         action = told["actions"]["JointPositionAction"]
         dt, terms = float(told["step_dt"]), dict(told["observations"])
@@ -51,15 +61,15 @@ def read_unitree(path: Path, robot: RobotModel, reference: Reference, network: P
         offset, scale = (np.array(action[k], dtype=float) for k in ("offset", "scale"))
         default = np.array(told["default_joint_pos"], dtype=float)
         lengths = {len(ids), len(default), len(offset)}, {len(kp), len(kd)}
-    except (OSError, KeyError, TypeError, ValueError, yaml.YAMLError) as e:
-        raise TrackingError(
-            str(path), found=f"{type(e).__name__}: {e}", expected="the keys of Unitree's deploy.yaml"
-        ) from e
     if sorted(set(ids)) != sorted(ids) or not set(ids) <= set(range(len(robot.joint_names))):
         raise TrackingError(
             f"{path}, joint_ids_map",
             found=str(ids),
             expected=f"different motors of the {len(robot.joint_names)} of {robot.name}",
+        )
+    if scale.shape not in ((), (1,), default.shape):
+        raise TrackingError(
+            f"{path}, actions scale", found=f"shape {scale.shape}", expected=f"one number, or {default.shape}"
         )
     if not np.array_equal(offset, default):
         raise TrackingError(f"{path}, actions offset", found="not default_joint_pos", expected="the same")
@@ -73,7 +83,11 @@ def read_unitree(path: Path, robot: RobotModel, reference: Reference, network: P
         default_joint_pos=default, kp=kp[place], kd=kd[place], action_scale=np.broadcast_to(scale, default.shape),
     )  # fmt: skip
     session = open_onnx(network)
+    if len(session.get_inputs()) != 1 or len(session.get_inputs()[0].shape) != 2:
+        raise TrackingError(str(network), found="other inputs than one row of numbers", expected="one input obs")
     check_size(contract, session.get_inputs()[0].shape[-1], str(network))
+    if session.get_outputs()[0].shape[-1] != len(joints):
+        raise TrackingError(str(network), found=f"{session.get_outputs()[0].shape} actions", expected=f"{len(joints)}")
     entry, result = session.get_inputs()[0].name, session.get_outputs()[0].name
 
     def policy(observation: ndarray) -> ndarray:
@@ -152,16 +166,22 @@ def policy_rows(terms: Mapping[str, Mapping[str, Any]], joints: int, source: str
         raise TrackingError(f"{source}, observations", found=", ".join(unknown), expected=f"of {', '.join(KIND_OF)}")
     rows = []
     for name, told in terms.items():
-        scale = np.unique(np.array(told.get("scale") or 1.0, dtype=float))
+        with reading(f"{source}, {name}", expected="scale, clip and history_length of a term", error=TrackingError):
+            scale, length = np.unique(np.array(told.get("scale") or 1.0, dtype=float)), _history(told)
         if len(scale) > 1:
             raise TrackingError(f"{source}, {name}", found="a scale of several numbers", expected="one number")
         if told.get("clip") is not None:
             raise TrackingError(f"{source}, {name}", found=f"clip {told['clip']}", expected="none")
-        rows += [
-            row_of(KIND_OF[name], joints, at=-back, scale=float(scale[0]))
-            for back in reversed(range(int(told.get("history_length") or 1)))
-        ]
+        rows += [row_of(KIND_OF[name], joints, at=-back, scale=float(scale[0])) for back in reversed(range(length))]
     return tuple(rows)
+
+
+def _history(told: Mapping[str, Any]) -> int:
+    """How many measurements of a term are shown, a whole number up to ten seconds of them."""
+    length = float(told.get("history_length") or 1)
+    if not (length.is_integer() and 1.0 <= length <= FARTHEST):
+        raise ValueError(f"history_length {length:g}, of 1 to {FARTHEST}")
+    return int(length)
 
 
 def check_size(contract: Contract, size: object, source: str) -> None:

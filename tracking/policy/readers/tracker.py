@@ -19,8 +19,9 @@ from numpy import ndarray
 
 from clips import Reference
 from robot_models import RobotModel, expand_patterns
+from robot_models.incoming import MAX_CONFIG, check_pattern, parsed, read_text, reading
 from tracking.errors import TrackingError
-from tracking.policy.contract import FROM_DEFAULT, FROM_ZERO, Row
+from tracking.policy.contract import FARTHEST, FROM_DEFAULT, FROM_ZERO, Row
 from tracking.policy.motion import motion_of
 from tracking.policy.network import Policy, open_onnx
 from tracking.policy.observation_terms import TERMS, row_of
@@ -58,6 +59,14 @@ def read_tracker(path: Path, robot: RobotModel, reference: Reference) -> Runner:
             cure="write one: docs/trackers.md",
         )  # fmt: skip
     told = _read(file)
+    with reading(f"{file}", expected="a tracker's contract (docs/trackers.md)", error=TrackingError):
+        return _made(path, session, told, file, robot, reference)
+
+
+def _made(
+    path: Path, session: Any, told: Mapping[str, Any], file: Path, robot: RobotModel, reference: Reference
+) -> Runner:
+    """The runner of a contract, whatever stands in it."""
     source = f"{path} ({told['name']})"
     if told.get("robot", robot.name) != robot.name:
         raise TrackingError(
@@ -93,12 +102,11 @@ def read_tracker(path: Path, robot: RobotModel, reference: Reference) -> Runner:
 
 
 def _read(file: Path) -> dict[str, Any]:
-    try:
-        told = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as e:
-        raise TrackingError(str(file), found=str(e), expected="a tracker's contract in TOML") from e
+    expected = "a tracker's contract in TOML"
+    text = read_text(file, expected=expected, most=MAX_CONFIG, error=TrackingError)
+    told = parsed(tomllib.loads, text, str(file), expected=expected, error=TrackingError)
     missing = sorted({"name", "control_hz", "input", "output", "action"} - set(told))
-    if missing or told["action"].get("adds_to") not in _ACTIONS:
+    if missing or not isinstance(told["action"], dict) or told["action"].get("adds_to") not in _ACTIONS:
         raise TrackingError(
             str(file), found=f"no {', '.join(missing) or 'action.adds_to of ' + ' or '.join(_ACTIONS)}",
             expected="name, control_hz, input, output, action", cure="docs/trackers.md tells them by example",
@@ -129,21 +137,33 @@ def _rows(
                     raise TrackingError(
                         f"{source}, {term['kind']}", found="no such term", expected=f"of {', '.join(TERMS)}"
                     )
-                zeroed = tuple(i for i, j in enumerate(joints) if any(re.fullmatch(p, j) for p in term.get("zero", ())))
+                zeroed = tuple(
+                    i for i, j in enumerate(joints) if any(re.fullmatch(p, j) for p in _patterns(term, source))
+                )
                 scale = float(term.get("scale", 1.0))
                 rows.append(row_of(term["kind"], len(joints), at=k, bodies=bodies, scale=scale, zeroed=zeroed))
     return tuple(rows)
 
 
+def _patterns(term: Mapping[str, Any], source: str) -> list[str]:
+    """Patterns of the joints that a term shows as zero."""
+    return [check_pattern(str(p), f"{source}, zero", error=TrackingError) for p in term.get("zero", ())]
+
+
 def _periods(part: Mapping[str, Any]) -> Sequence[int]:
     """Control periods from now: one, several, or all from one to another."""
     if "from" in part:
-        return range(int(part["from"]), int(part["to"]) + 1)
+        first, last = int(part["from"]), int(part["to"])
+        if not -FARTHEST <= first <= last <= FARTHEST:
+            raise ValueError(f"from {first} to {last}, of at most {FARTHEST} control periods")
+        return range(first, last + 1)
     at = part.get("at", 0)
     return at if isinstance(at, list) else [at]
 
 
 def _per_joint(table: Mapping[str, float], joints: Sequence[str], where: str) -> Float[ndarray, "J"]:
+    for pattern in table:
+        check_pattern(pattern, where, error=TrackingError)
     return np.array(expand_patterns(table, joints, where=where), dtype=float)
 
 

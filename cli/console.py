@@ -1,0 +1,48 @@
+"""The console of every command: names from outside cannot move its cursor, style its text, or end the command."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+from robot_models.incoming import printable
+
+
+class _Console(Console):
+    """Rich's console, deaf to markup and pictures in names, and silent where nobody reads any more."""
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """A text, with whatever could move the cursor spelt out."""
+        return super().render_str(printable(text), **options)
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print; a reader who has gone (`| head`) or a full disk is no reason to stop the work."""
+        try:
+            super().print(*objects, **options)
+        except OSError:
+            self.on_broken_pipe()
+
+    def on_broken_pipe(self) -> None:
+        """Say nothing more."""
+        self.quiet = True
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
+
+
+def console(*, stderr: bool = False, **options: Any) -> Console:
+    """A console of this project; a line's style is asked for by `style`, a cell's by `Text`."""
+    return _Console(
+        stderr=stderr, **({"highlight": False, "soft_wrap": True, "emoji": False, "markup": False} | options)
+    )
+
+
+def as_any_terminal_can() -> None:
+    """Have the standard streams spell out what their encoding lacks, instead of failing over it."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
