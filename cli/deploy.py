@@ -13,12 +13,12 @@ from rich.console import Console
 
 from cli.console import console as make_console
 from cli.deploy_arguments import Arguments, check
+from cli.deploy_checks import checked
 from cli.terminal import BELOW_GATE, DONE, command
 from clips import write_whole
 
 if TYPE_CHECKING:
     from tracking.deploy import Outlet, Performance, RobotLimits, StateReader
-    from tracking.policy import Runner
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -61,7 +61,7 @@ def _say(console: Console, text: str) -> None:
 def _perform(args: Arguments, log: Path, say: Callable[[str], None]) -> Performance:
     from tracking.deploy import LOSS, Controller, Guard, GuardConfig, Stage, StageConfig, perform, stop_key
 
-    runner, limits = _checked(args, say)
+    runner, limits = checked(args, say)
     guard = Guard(limits, GuardConfig(loss=LOSS) if args.rehearse else None)
     controller = Controller(runner, guard, StageConfig(loops=args.loops, stand_s=args.stand))
     with stop_key() as stopped, _wires(args, log, limits) as (reader, outlet):
@@ -72,23 +72,6 @@ def _perform(args: Arguments, log: Path, say: Callable[[str], None]) -> Performa
                 f"{stage.value}{f' {dances + 1} of {args.loops}' if stage is Stage.DANCE else ''}"
             ),
         )  # fmt: skip
-
-
-def _checked(args: Arguments, say: Callable[[str], None]) -> tuple[Runner, RobotLimits]:
-    """The policy, held against its golden trace and against the robot's own profile."""
-    from robot_models import load_robot
-    from tracking import read_golden, replay
-    from tracking.deploy import RobotLimits
-    from tracking.policy import GOLDEN, read_runner
-
-    limits = RobotLimits.of(load_robot("g1"))
-    folder, runner = read_runner(args.bundle, args.ref)
-    limits.check(runner.contract)
-    if runner.contract.follows_any:
-        say(f"a tracker, on {args.ref}")
-    else:
-        say(f"golden trace repeated to {replay(runner, read_golden(folder / GOLDEN)):.1e}")
-    return runner, limits
 
 
 @contextlib.contextmanager

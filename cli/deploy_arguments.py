@@ -41,6 +41,8 @@ class Arguments:
     """Really send commands."""
     i_stand_clear: bool = False
     """Nobody is within the robot's reach, and somebody has the remote in hand: needed before anything is sent."""
+    uncertified: bool = False
+    """Send without a certificate (dance-certify) of this very policy."""
     loops: int = 1
     """Dances, with a stand between them."""
     stand: float = 1.0

@@ -1,5 +1,6 @@
 """What a person looks at: Rerun recordings, films, pictures."""
 
+from cli.recordings.certificate_page import certificate_page
 from cli.recordings.chart import save_sweep
 from cli.recordings.film import write_film
 from cli.recordings.pictures import save_still
@@ -9,6 +10,7 @@ from cli.recordings.training import save_training
 from cli.recordings.window import has_display, show_live
 
 __all__ = [
+    "certificate_page",
     "has_display",
     "save_comparison",
     "save_evaluation",
