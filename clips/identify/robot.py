@@ -61,6 +61,12 @@ def robot_clip(
     """
     model = load_robot(robot)
     raw.check_rate(fps)
+    frames, columns = len(root_pos), len(joint_names)
+    if joint_pos.shape != (frames, columns) or root_pos.shape != (frames, 3) or root_quat.shape != (frames, 4):
+        raise ClipError(
+            raw.name, found=f"joints {joint_pos.shape}, root {root_pos.shape} and {root_quat.shape}",
+            expected=f"{frames} frames of {columns} joints, 3 and 4 numbers", cure="name every column once",
+        )  # fmt: skip
     if options.travel_scale is not None:
         root_pos, conversions = (
             root_pos * options.travel_scale,

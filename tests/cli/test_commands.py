@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import ROOT, SAMPLES
 
+import cli.certify
 import cli.convert
 import cli.deploy
 import cli.doctor
@@ -29,6 +30,7 @@ COMMANDS = {
     "dance-convert": cli.convert.main,
     "dance-verify": cli.verify.main,
     "dance-doctor": cli.doctor.main,
+    "dance-certify": cli.certify.main,
     "dance-export": cli.export.main,
     "dance-deploy": cli.deploy.main,
     "dance-robot": cli.robot.main,
