@@ -16,6 +16,7 @@ from robot_models import CONTACT_NAMES, RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
 
 FREE, PLANTED, PIVOTING = 0, 1, 2
+_LARGEST = 1e7  # number of any array, frame numbers too: no metre, radian or torque of a robot comes near
 _UNIT = 1e-4  # of a quaternion's length off one: single precision, and what other tools round to
 MOTION = ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w")
 
@@ -56,7 +57,7 @@ class Reference:
         }
         for name, shape in shapes.items():
             array = np.array(getattr(self, name))
-            if array.shape != shape or array.dtype.kind not in "fiu" or not np.isfinite(array).all():
+            if array.shape != shape or array.dtype.kind not in "fiu" or not (np.abs(array) <= _LARGEST).all():
                 found = f"{array.dtype} of shape {array.shape}, or numbers that are not finite"
                 raise _refused(name, found, f"finite numbers of shape {shape}, by the names of joints and bodies")
             array.setflags(write=False)

@@ -220,6 +220,8 @@ def check_reference_against(reference: Reference, robot: RobotModel, where: str)
             where, found=f"names or order that are not {robot.name}'s ({', '.join(odd[:5]) or 'another order'})",
             expected=f"{robot.name}'s {len(robot.joint_names)} joints and {len(robot.body_names)} bodies",
         )  # fmt: skip
+    if reference.robot != robot.name:
+        raise ReferenceFileError(where, found=f"a reference of '{reference.robot}'", expected=f"one of {robot.name}")
     if reference.robot_hash != robot.hash:
         raise ReferenceFileError(
             where, found=f"robot hash {reference.robot_hash[:12]}", expected=f"{robot.hash[:12]} of '{robot.name}' as it is now",

@@ -173,7 +173,11 @@ def check_contract(told: Contract, robot: RobotModel, reference_sha256: str) -> 
         "reference_sha256": told.reference_sha256 if told.follows_any else reference_sha256,
         "robot_hash": robot.hash,
         "joint_names": robot.joint_names,
+        "robot": robot.name,
         "effort": robot.effort,
+        "velocity": robot.velocity,
+        "lower": robot.lower,
+        "upper": robot.upper,
         "default_joint_pos": robot.default_joint_pos,
         "anchor_chain": anchor_chain(robot, told.anchor),
     }

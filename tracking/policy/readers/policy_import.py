@@ -131,6 +131,10 @@ def contract_for(
             raise TrackingError(
                 f"{source}, {name}", found=f"{array.shape[-1]} numbers", expected=f"{len(joints)}, one per joint"
             )
+    if not (arrays["kp"] > 0.0).all():
+        raise TrackingError(
+            f"{source}, kp", found=f"a stiffness of {arrays['kp'].min():g}", expected="stiffness above 0"
+        )
     reach = robot.effort[ids] / arrays["kp"]
     stand_kp, stand_kd = standing_gains(robot)
     besides = {
