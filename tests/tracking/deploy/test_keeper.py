@@ -97,6 +97,16 @@ def test_no_word_of_the_controllers_gets_past_the_robots_limits(rng):
         assert (out.kd >= 0).all() and (out.kd <= np.maximum(ROBOT.kd_band[1], ROBOT.stand_kd)).all()
 
 
+@pytest.fixture
+def patient(monkeypatch):
+    """A machine that stands still for a moment is no process that hangs; a second is."""
+    import tracking.deploy.keeper as keeper
+    import tracking.deploy.outlet as outlet
+
+    monkeypatch.setattr(keeper, "SILENCE", 1.0)
+    monkeypatch.setattr(outlet, "_HANGING", 1.0)
+
+
 class Wire:
     """What a keeper writes, with times."""
 
@@ -143,6 +153,7 @@ def outlet_to(ours, wire):
     return outlet
 
 
+@pytest.mark.usefixtures("patient")
 def test_a_performance_through_the_keeper_ends_at_a_word():
     through, past = Wire(), Wire()
     with keeping(through) as (ours, thread):
@@ -167,14 +178,16 @@ def test_a_socket_that_closes_is_damping_for_as_long_as_a_robot_needs_to_sink():
     assert all(not c.kp.any() for at, c in through.sent if at >= first)
 
 
+@pytest.mark.usefixtures("patient")
 def test_what_the_keeper_stops_for_reaches_the_controller():
     with keeping(Wire()) as (ours, _):
         outlet = outlet_to(ours, Wire())
         outlet.write(STIFF, STATE)
-        time.sleep(SILENCE + 0.05)
+        time.sleep(1.3)
         assert outlet.complaint().startswith("no command for")
 
 
+@pytest.mark.usefixtures("patient")
 @pytest.mark.parametrize("how", ["dies", "hangs"])
 def test_a_keeper_that_is_no_more_is_killed_and_the_robot_damped_past_it(how):
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
@@ -186,8 +199,8 @@ def test_a_keeper_that_is_no_more_is_killed_and_the_robot_damped_past_it(how):
     if how == "dies":
         its.close()
     else:
-        time.sleep(0.1)
-    assert how.removesuffix("es").removesuffix("s") in outlet.complaint() or "hung" in outlet.complaint()
+        time.sleep(1.2)
+    assert ("died" if how == "dies" else "hung") in outlet.complaint()
     assert outlet._process.killed
     outlet.write(STIFF, STATE)
     outlet.trip("x")
@@ -196,6 +209,7 @@ def test_a_keeper_that_is_no_more_is_killed_and_the_robot_damped_past_it(how):
     its.close()
 
 
+@pytest.mark.usefixtures("patient")
 def test_a_keeper_that_takes_nothing_any_more_is_found_out_before_its_queue_is_drained():
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     its.send(b"A")
