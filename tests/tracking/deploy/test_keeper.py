@@ -184,6 +184,8 @@ def test_what_the_keeper_stops_for_reaches_the_controller():
         outlet = outlet_to(ours, Wire())
         outlet.write(STIFF, STATE)
         time.sleep(1.3)
+        outlet.complaint()  # what waited while nobody listened
+        time.sleep(0.1)
         assert outlet.complaint().startswith("no command for")
 
 
