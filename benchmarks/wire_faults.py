@@ -30,7 +30,9 @@ SIGNALS = {
 }
 KEEPER = {f"keeper: {n}": getattr(signal, n) for n in ("SIGTERM", "SIGKILL", "SIGSTOP")}
 POLICY = ("policy: exception", "policy: hang", "policy: NaN", "policy: jump", "parent: gone")
-LASTING = ("lean", "fall", "strain", "loss", "silence", "frozen")  # the guard waits for them to last
+LASTING = {  # faults that have to last, and what the guard says of each
+    "lean": "lean", "fall": "falling", "strain": "strain", "loss": "lost states", "silence": "stale", "frozen": "stale"
+}  # fmt: skip
 TARGET, SAFE_S = 0.1, 0.5
 
 
@@ -145,7 +147,12 @@ def judged(kind: str, log: Path, fault_at: float | None, told: dict[str, object]
     with np.load(log) as heard:
         at, kp, kd, end = heard["heard"], heard["kp"], heard["kd"], float(heard["time"][-1])
         fault_at = float(heard["fault_at"]) if fault_at is None else fault_at
-    if kind.split(": ")[-1] in LASTING:
+    name = kind.split(": ")[-1]
+    if (
+        name in LASTING and fault_at < np.inf
+    ):  # the guard waits for them to last: from its decision, which has to be theirs
+        if not str(told.get("tripped", "")).startswith(LASTING[name]):
+            return out | {"outcome": "not in flight" if float(str(told.get("over_at", 0))) < fault_at else "missed"}
         fault_at = float(str(told.get("over_at", np.inf)))
     soft = (kp == 0.0) & (kd > 0.0)
     stiff = np.flatnonzero(kp > 0.0)

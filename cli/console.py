@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import threading
+from queue import SimpleQueue
 from typing import Any
 
 from rich.console import Console
@@ -46,3 +48,26 @@ def as_any_terminal_can() -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
+
+
+class Background:
+    """Prints lines from a thread of its own: a terminal that is slow, or stopped, holds nobody up."""
+
+    def __init__(self, screen: Console) -> None:
+        self._screen, self._lines = screen, SimpleQueue[str | None]()
+        self._thread = threading.Thread(target=self._print, daemon=True)
+        self._thread.start()
+
+    def __call__(self, text: str) -> None:
+        """Print, sooner or later."""
+        self._lines.put(text)
+
+    def close(self, patience_s: float = 1.0) -> None:
+        """Wait for what has been said so far, but not for ever."""
+        self._lines.put(None)
+        self._thread.join(patience_s)
+
+    def _print(self) -> None:
+        with contextlib.suppress(ValueError):  # a stream that was closed meanwhile
+            while (text := self._lines.get()) is not None:
+                self._screen.print(text)

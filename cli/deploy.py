@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
+from cli.console import Background
 from cli.console import console as make_console
 from cli.deploy_arguments import Arguments, check
 from cli.deploy_checks import checked
@@ -30,44 +30,44 @@ def run(args: Arguments) -> int:
     """Check, repeat the golden trace, perform, say what came of it."""
     from tracking.deploy import Rehearsed, performance_numbers, sdk_output_aside
 
+    parent = os.getppid()
     check(args)
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         output = stack.enter_context(sdk_output_aside(folder / "controller.txt"))
         console = make_console(file=output.people)
-        performance = _perform(args, folder / "robot", lambda text: _say(console, text))
+        say = Background(console)
+        stack.callback(say.close)
+        performance = _perform(args, folder / "robot", say, parent)
+        say.close()
         rehearsed = Rehearsed.read(folder / "robot", performance) if args.rehearse else None
         numbers = performance_numbers(performance, output.complaints(), rehearsed)
         for name, value in numbers.items():
-            _say(console, f"{name:<36} {value}")
+            console.print(f"{name:<36} {value}")
         if args.json is not None:
             with write_whole(args.json) as stream:
                 stream.write(json.dumps(numbers, indent=1).encode())
-            _say(console, f"wrote {args.json}")
+            console.print(f"wrote {args.json}")
         if args.recording is not None and rehearsed is not None:
             from cli.recordings import save_performance
 
             save_performance(args.recording, rehearsed, numbers)
-            _say(console, f"wrote {args.recording}   open it: rerun {args.recording}")
+            console.print(f"wrote {args.recording}   open it: rerun {args.recording}")
     wrong = bool(performance.tripped) or bool(numbers["messages with a bad CRC"]) or performance.dances < args.loops
     return BELOW_GATE if wrong or (rehearsed is not None and rehearsed.fell) else DONE
 
 
-def _say(console: Console, text: str) -> None:
-    with contextlib.suppress(OSError):  # a terminal that is gone is no reason to break off
-        console.print(text)
-
-
-def _perform(args: Arguments, log: Path, say: Callable[[str], None]) -> Performance:
+def _perform(args: Arguments, log: Path, say: Callable[[str], None], parent: int) -> Performance:
     from tracking.deploy import LOSS, Controller, Guard, GuardConfig, Stage, StageConfig, perform, stop_key
 
     runner, limits = checked(args, say)
     guard = Guard(limits, GuardConfig(loss=LOSS) if args.rehearse else None)
     controller = Controller(runner, guard, StageConfig(loops=args.loops, stand_s=args.stand))
-    with stop_key() as stopped, _wires(args, log, limits) as (reader, outlet):
+    with stop_key() as stopped, _wires(args, log, limits, say) as (reader, outlet):
+        stopped.begun = True
         say("sending commands" if args.send or args.rehearse else "dry run: nothing is sent")
         return perform(
-            controller, reader, outlet, stopped=stopped,
+            controller, reader, outlet, stopped=stopped, parent=parent,
             tell=lambda stage, dances: say(
                 f"{stage.value}{f' {dances + 1} of {args.loops}' if stage is Stage.DANCE else ''}"
             ),
@@ -75,20 +75,23 @@ def _perform(args: Arguments, log: Path, say: Callable[[str], None]) -> Performa
 
 
 @contextlib.contextmanager
-def _wires(args: Arguments, log: Path, limits: RobotLimits) -> Iterator[tuple[StateReader, Outlet]]:
+def _wires(
+    args: Arguments, log: Path, limits: RobotLimits, say: Callable[[str], None]
+) -> Iterator[tuple[StateReader, Outlet]]:
     """The robot's states, and where commands go; in a rehearsal with the simulated robot at the other end."""
-    from tracking.deploy import ControllerTransport, NoOutlet, RehearsedFault, kept_outlet, own_tag, rehearsal_robot
+    from tracking.deploy import ControllerTransport, DryOutlet, RehearsedFault, kept_outlet, own_tag, rehearsal_robot
 
     tag = own_tag() if args.rehearse else ""
     with contextlib.ExitStack() as stack:
         transport = ControllerTransport(args.interface, limits.joint_names, tag=tag)
         if not (args.rehearse or args.send):
-            yield transport, NoOutlet()
+            yield transport, DryOutlet(limits.joint_names, say)
             return
         if args.rehearse:
             fault = RehearsedFault(name=args.fault, after=args.fault_after) if args.fault else None
             ready = stack.enter_context(rehearsal_robot(log, tag, fault))
             transport.wait_alone(ready.wait)
-        else:
+        outlet = stack.enter_context(kept_outlet(args.interface, tag, transport, limits))
+        if not args.rehearse:
             transport.refuse_other_commanders()
-        yield transport, stack.enter_context(kept_outlet(args.interface, tag, transport, limits))
+        yield transport, outlet

@@ -8,6 +8,8 @@ from pathlib import Path
 from cli.options import ClipPath
 from tracking import TrackingError
 
+_LONGEST = 600.0  # of a stand [s]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Arguments:
@@ -44,7 +46,7 @@ class Arguments:
     uncertified: bool = False
     """Send without a certificate (dance-certify) of this very policy."""
     loops: int = 1
-    """Dances, with a stand between them."""
+    """Dances, with a stand between them; 0: the stand alone."""
     stand: float = 1.0
     """How long each stand lasts [s]."""
     fault: str = ""
@@ -83,5 +85,8 @@ def check(args: Arguments) -> None:
         raise TrackingError(
             "--recording", found="no rehearsal", expected="--rehearse: a real robot has no cameras here"
         )
-    if args.loops < 1 or args.stand <= 0.0:
-        raise TrackingError("--loops, --stand", found=f"{args.loops}, {args.stand}", expected="positive numbers")
+    if args.loops < 0 or not (0.0 < args.stand < _LONGEST and 0.0 <= args.fault_after < _LONGEST):
+        found = f"{args.loops}, {args.stand}, {args.fault_after}"
+        raise TrackingError(
+            "--loops, --stand, --fault-after", found=found, expected="positive numbers of dances and seconds"
+        )

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cli.deploy_arguments import Arguments
+from cli.terminal import GATE
 from tracking import TrackingError
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def checked(args: Arguments, say: Callable[[str], None]) -> tuple[Runner, RobotLimits]:
-    """The policy, held against its golden trace and against the robot's own profile."""
+    """The policy, held against the robot's own profile and its golden trace; a tracker of ours has none."""
     from robot_models import load_robot
     from tracking import read_golden, replay
     from tracking.deploy import RobotLimits
@@ -37,13 +38,14 @@ def _show_certificate(args: Arguments, folder: Path, say: Callable[[str], None])
     from tracking.evaluation import read_certificate
 
     certificate = read_certificate(folder)
-    if certificate is not None:
-        for line in certificate.lines():
-            say(f"certificate: {line}")
-    elif args.send and args.interface != "lo" and not args.uncertified:
-        raise TrackingError(
-            str(folder), found="no certificate", expected="how often this policy finishes, before a robot does it",
-            cure=f"dance-certify {folder}, or --uncertified where you know",
-        )  # fmt: skip
-    else:
+    for line in [] if certificate is None else certificate.lines():
+        say(f"certificate: {line}")
+    if certificate is None:
         say(f"no certificate: dance-certify {folder} makes one")
+    good = certificate is not None and certificate.finished.count >= GATE * certificate.finished.of
+    if args.send and args.interface != "lo" and not (good or args.uncertified):
+        raise TrackingError(
+            str(folder), found="no certificate" if certificate is None else f"a policy that finishes {certificate.finished}",
+            expected=f"a certificate of at least {100 * GATE:.0f} %, before a robot does it",
+            cure=f"dance-certify {folder}, or --uncertified where you know better",
+        )  # fmt: skip

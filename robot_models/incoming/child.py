@@ -12,7 +12,9 @@ _BEGIN = """
 import sys
 try:
     import resource
-    resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[1]),) * 2)
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    most = int(sys.argv[1]) if hard == resource.RLIM_INFINITY else min(int(sys.argv[1]), hard)
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 except ImportError:
     pass  # no such limits on Windows
@@ -31,7 +33,14 @@ def refusal_of_child(
         memory: most address space [bytes].
         seconds: most time, the interpreter's start included [s].
     """
-    command = [sys.executable, "-c", _BEGIN + code, str(memory), *words]
+    command = [
+        sys.executable,
+        "-P",
+        "-c",
+        _BEGIN + code,
+        str(memory),
+        *words,
+    ]  # -P: nothing of the current folder is code
     try:
         done = subprocess.run(command, capture_output=True, timeout=seconds, check=False, stdin=subprocess.DEVNULL)
     except subprocess.TimeoutExpired:

@@ -9,7 +9,8 @@ from robot_models.errors import DanceError
 from robot_models.incoming.limits import MAX_NAME
 
 _HIDDEN = {"Cc", "Cf", "Cs", "Zl", "Zp"}  # control, format (also right-to-left overrides), surrogates, line separators
-_REPEATS = 4  # in one pattern: each more may cost as many times as a name is long
+_LONGEST = 150  # of a file's name [bytes]: they take 255, and suffixes come after it
+_REPEATS, _GROUPS = 4, 4  # in one pattern: each more may cost as many times as a name is long
 
 
 def printable(text: str) -> str:
@@ -27,7 +28,7 @@ def printable(text: str) -> str:
 def file_name(text: str, *, fallback: str = "unnamed") -> str:
     """A word as the name of a file: one component, nothing hidden, no longer than file systems take."""
     kept = re.sub(r"[^\w.+-]+", "_", printable(text).replace("\\", "_")).strip("._")
-    return kept[: MAX_NAME // 2] or fallback
+    return kept.encode()[:_LONGEST].decode(errors="ignore") or fallback
 
 
 def check_pattern(pattern: str, where: str, *, error: type[DanceError] = DanceError) -> str:
@@ -37,9 +38,11 @@ def check_pattern(pattern: str, where: str, *, error: type[DanceError] = DanceEr
         DanceError: of the type given.
     """
     bare = re.sub(r"\\.|\[\^?\]?[^\]]*\]", "x", pattern)
-    if len(pattern) > MAX_NAME or re.search(r"\)[*+{]", bare) or len(re.findall(r"[*+{]", bare)) > _REPEATS:
+    repeats, groups = len(re.findall(r"[*+{?]", bare.replace("(?:", "("))), bare.count("(")
+    if len(pattern) > MAX_NAME or re.search(r"\)[*+{]", bare) or repeats > _REPEATS or groups > _GROUPS:
         raise error(
-            where, found=f"the pattern {printable(pattern[:60])}", expected=f"at most {_REPEATS} repeats, none of a group",
+            where, found=f"the pattern {printable(pattern[:60])}",
+            expected=f"at most {_REPEATS} repeats, none of a group, and {_GROUPS} groups",
             cure="name the joints one by one",
         )  # fmt: skip
     try:

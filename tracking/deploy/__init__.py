@@ -2,7 +2,7 @@
 
 from tracking.deploy.guard import Guard, GuardConfig
 from tracking.deploy.loop import Performance, StateReader, perform
-from tracking.deploy.outlet import NoOutlet, Outlet, kept_outlet
+from tracking.deploy.outlet import DryOutlet, Outlet, kept_outlet
 from tracking.deploy.rehearsal import (
     FAULTS,
     LOSS,
@@ -24,9 +24,9 @@ __all__ = [
     "LOSS",
     "Controller",
     "ControllerTransport",
+    "DryOutlet",
     "Guard",
     "GuardConfig",
-    "NoOutlet",
     "Outlet",
     "Performance",
     "Rehearsed",

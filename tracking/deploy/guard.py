@@ -17,6 +17,7 @@ from tracking.deploy.messages import Command, State
 from tracking.deploy.robot_limits import RobotLimits
 
 _DOWN = np.array((0.0, 0.0, -1.0))
+_FULL_S = 1.5  # until a second of states has been counted [s]
 _UPRIGHT = np.array((1.0, 0.0, 0.0, 0.0))
 _SELECT, _L2, _B = 1 << 3, 1 << 5, 1 << 9  # of the remote; select ends Unitree's own programs, L2 + B is its damping
 
@@ -46,6 +47,7 @@ class GuardConfig:
     voltage: float = 41.6  # of the supply, 13 cells of 3.2 V each [V]: below them it collapses under load
     stale: float = 0.1  # age of the newest state [s]: five control periods
     loss: float = 0.15  # of the states of the best second so far, that no longer come
+    rate: float = 200.0  # states a second, least [Hz]: four to a control period; the robot sends 500
     late: float = 0.1  # a tick after its time [s]
 
 
@@ -63,7 +65,7 @@ class Guard:
 
     def reset(self) -> None:
         """A person has looked and says: go on."""
-        self.tripped, self._rate, self._lean = "", 0.0, (0.0, -np.inf)
+        self.tripped, self._rate, self._began, self._lean = "", 0.0, np.inf, (0.0, -np.inf)
         self._since: dict[str, float] = {}  # when each thing that may not last began [s]
         self.forget_target()
 
@@ -100,7 +102,7 @@ class Guard:
             self._trunk(state, now, meant)
             self._joints(state)
             self._motors(state, now)
-            self._messages(state)
+            self._messages(state, now)
         return not self.tripped
 
     def _trunk(self, state: State, now: float, meant: ndarray) -> None:
@@ -137,14 +139,18 @@ class Guard:
                 )
         if state.temperature is not None and state.temperature.max() > limits.temperature:
             self.trip(f"temperature: {self._worst(state.temperature)} at {state.temperature.max():.0f} deg C")
-        supplied = state.voltage is not None and state.voltage.min() > 0.0  # zero where the robot does not tell it
-        if state.voltage is not None and supplied and state.voltage.min() < limits.voltage:
-            self.trip(f"battery: {state.voltage.min():.1f} V")
+        told = (
+            np.zeros(0) if state.voltage is None else state.voltage[state.voltage > 0.0]
+        )  # zero where one does not tell it
+        if told.size and told.min() < limits.voltage:
+            self.trip(f"battery: {told.min():.1f} V")
 
-    def _messages(self, state: State) -> None:
+    def _messages(self, state: State, now: float) -> None:
         if state.rate is None:
             return
-        self._rate = max(self._rate, state.rate)
+        self._rate, self._began = max(self._rate, state.rate), min(self._began, now)
+        if now - self._began > _FULL_S and state.rate < self._config.rate:
+            self.trip(f"lost states: {state.rate:.0f} in a second")
         if state.rate < (1.0 - self._config.loss) * self._rate:
             self.trip(f"lost states: {state.rate:.0f} of {self._rate:.0f} in a second came in")
 

@@ -8,6 +8,7 @@ the keeper is answered by the controller: see `outlet`.
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import socket
 import sys
@@ -25,6 +26,7 @@ COMMAND, TRIP, END, ALIVE = b"C", b"T", b"E", b"A"
 PERIOD = 0.002  # of the keeper's loop [s]
 SILENCE = 0.07  # without a command, then damping: three and a half control periods [s]
 FADE = 0.016  # from the last stiffness to none [s]
+_LAST = 0.05  # for the last command to go out [s]
 LINGER = 1.0  # damping goes on for so long after the controller is gone [s]
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 _LARGEST = 1 << 16  # message [bytes]
@@ -98,6 +100,10 @@ class Keeper:
             self._kp = command.kp
         return command
 
+    def farewell(self) -> Command | None:
+        """The last word, however it came to the end; none where nothing was ever said."""
+        return None if self._heard == np.inf else self._damping
+
     def _fading(self, now: float) -> Command | None:
         """Stiffness falls to none around where the joints were; a robot that was never told anything stays so."""
         if self._heard == np.inf:
@@ -124,6 +130,10 @@ def keep(channel: socket.socket, writer: CommandWriter, limits: RobotLimits) -> 
             writer.write(command)
         _tell(channel, ALIVE + keeper.tripped.encode())
         time.sleep(PERIOD)
+    last = keeper.farewell()
+    if last is not None:
+        writer.write(last)
+        time.sleep(_LAST)
     return keeper.tripped
 
 
@@ -157,4 +167,6 @@ def main() -> None:
         writer = ControllerTransport(interface, limits.joint_names, tag=tag, listen=False)
         reason = keep(channel, writer, limits)
     if reason == "the controller is gone":
-        sys.stderr.write(f"dance-deploy: {reason}; the robot was damped\n")
+        with contextlib.suppress(OSError):  # a terminal that is slow, or gone
+            os.set_blocking(2, False)
+            os.write(2, f"dance-deploy: {reason}; the robot was damped\n".encode())

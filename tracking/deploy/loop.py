@@ -51,6 +51,7 @@ def perform(
     stopped: Callable[[], str] = lambda: "",
     tell: Callable[[Stage, int], None] = lambda *_: None,
     linger_s: float = 1.0,
+    parent: int = 0,
 ) -> Performance:
     """Run the controller until it is over.
 
@@ -61,12 +62,13 @@ def perform(
         stopped: by what a person or the system asks for the end; an empty word while nobody does.
         tell: told of every stage that begins.
         linger_s: how long the final damping is repeated [s].
+        parent: process whose end is this one's; by default who it is now.
 
     Raises:
         TrackingError: no state comes in.
     """
-    done, dt, parent = Performance(), controller.runner.contract.control_dt, os.getppid()
-    first = _first_state(reader)
+    done, dt, parent = Performance(), controller.runner.contract.control_dt, parent or os.getppid()
+    first = _first_state(reader, stopped)
     due, over_at = time.monotonic(), np.inf
     while time.monotonic() < over_at + linger_s:
         began = time.monotonic()
@@ -94,9 +96,11 @@ def perform(
     return done
 
 
-def _first_state(reader: StateReader) -> State:
+def _first_state(reader: StateReader, stopped: Callable[[], str]) -> State:
     patience = time.monotonic() + _PATIENCE
     while (state := reader.read()) is None:
+        if stopped():
+            raise KeyboardInterrupt
         if time.monotonic() > patience:
             raise TrackingError(
                 "LowState", found=f"none in {_PATIENCE:.0f} s", expected="a robot at the other end",

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-from tracking.deploy.keeper import ALIVE, END, TRIP, CommandWriter, packed
+import numpy as np
+
+from robot_models.maths import rotation as rot
+from tracking.deploy.keeper import ALIVE, END, LINGER, TRIP, CommandWriter, packed
 from tracking.deploy.messages import Command, State
 from tracking.deploy.robot_limits import RobotLimits
 from tracking.errors import TrackingError
 
 _HANGING = 0.05  # a keeper that has not spoken for this long: twenty-five of its rounds [s]
+_TELL_S, _TELL = 0.5, 4  # between two lines of a dry run [s]; joints in one
 _PATIENCE = 30.0  # for the keeper to begin [s]
 _FAREWELL = 3.0  # for it to end [s]
 
@@ -34,11 +40,28 @@ class Outlet(Protocol):
         """Why nothing but damping goes out any more; empty while all is well."""
 
 
-class NoOutlet:
-    """Of a dry run: nothing goes out."""
+class DryOutlet:
+    """Of a dry run: nothing goes out; what the robot tells is said twice a second, for a person who pushes its limbs.
 
-    def write(self, command: Command, state: State) -> None:
+    Args:
+        joint_names: in the robot's order.
+        say: told of the lean and of the joints that have moved most since the last line.
+    """
+
+    def __init__(self, joint_names: Sequence[str] = (), say: Callable[[str], None] = lambda _: None) -> None:
+        self._names, self._say, self._next, self._last = joint_names, say, 0.0, np.zeros(len(joint_names))
+
+    def write(self, _: Command, state: State) -> None:
         """Send nothing."""
+        now = time.monotonic()
+        if self._names and now >= self._next:
+            self._next = now + _TELL_S
+            moved = state.joint_pos - self._last
+            most = np.argsort(-np.abs(moved))[:_TELL]
+            joints = ", ".join(f"{self._names[j]} {round(np.degrees(state.joint_pos[j])):+d}" for j in most)
+            roll, pitch = np.degrees(rot.roll_pitch(state.quat[None])[0])
+            self._say(f"roll {round(roll):+d} pitch {round(pitch):+d}; {joints} deg")
+            self._last = state.joint_pos
 
     def trip(self, reason: str) -> None:
         """Nothing to damp."""
@@ -62,22 +85,23 @@ class KeptOutlet:
         self, process: subprocess.Popen[bytes], channel: socket.socket, writer: CommandWriter, limits: RobotLimits
     ) -> None:
         self._process, self._channel, self._writer, self._limits = process, channel, writer, limits
-        self._alive, self._told, self._dead = time.monotonic(), "", ""
+        self._alive, self._told, self._dead, self._commanded = time.monotonic(), "", "", False
         channel.setblocking(False)
 
     def write(self, command: Command, state: State) -> None:
         """Send; damping by the second way where the keeper is dead."""
-        if not self._listen():
-            self._writer.write(self._limits.damping())
-        else:
+        if self._listen():
+            self._commanded = True
             self._send(packed(command, state.joint_pos))
+        else:
+            self._damp()
 
     def trip(self, reason: str) -> None:
         """From now on nothing but damping."""
         if self._listen():
-            self._send(TRIP + reason.encode())
+            self._send(TRIP + reason.encode(errors="replace"))
         else:
-            self._writer.write(self._limits.damping())
+            self._damp()
 
     def complaint(self) -> str:
         """Why nothing but damping goes out any more."""
@@ -85,15 +109,31 @@ class KeptOutlet:
         return self._dead or self._told
 
     def end(self) -> None:
-        """The performance is over: the keeper may go."""
+        """The performance is over: the keeper damps once more, and may go."""
+        self._send(TRIP + b"the end")
         self._send(END)
+
+    def see_off(self) -> None:
+        """Wait for the keeper's end; one that does not come to it is killed, and the robot damped from here for a while."""
+        try:
+            self._process.wait(_FAREWELL)
+        except subprocess.TimeoutExpired:
+            self._give_up("the keeper does not end")
+        if self._dead and self._commanded:
+            self._damp()
+            time.sleep(LINGER)  # the SDK repeats it for as long as this process lives
+
+    def _damp(self) -> None:
+        """Past the keeper; a robot that nobody has commanded is left alone."""
+        if self._commanded:
+            self._writer.write(self._limits.damping())
 
     def _send(self, message: bytes) -> None:
         try:
             self._channel.send(message)
         except OSError as e:  # its end, or a queue that it no longer empties
             self._give_up(f"the keeper takes no more commands ({e.strerror})")
-            self._writer.write(self._limits.damping())
+            self._damp()
 
     def _listen(self) -> bool:
         """Whether the keeper lives; what it says is noted."""
@@ -143,8 +183,13 @@ def kept_outlet(interface: str, tag: str, writer: CommandWriter, limits: RobotLi
     """
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     begin = "from tracking.deploy.keeper import main; main()"
-    words = [sys.executable, "-c", begin, str(its.fileno()), interface, tag]
-    process = subprocess.Popen(words, pass_fds=[its.fileno()], start_new_session=True, stdin=subprocess.DEVNULL)
+    # -P and the path of this very package: neither the current folder nor another installation is the keeper's code.
+    words = [sys.executable, "-P", "-c", begin, str(its.fileno()), interface, tag]
+    paths = [str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    env = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
+    process = subprocess.Popen(
+        words, pass_fds=[its.fileno()], start_new_session=True, stdin=subprocess.DEVNULL, env=env
+    )
     its.close()
     outlet = KeptOutlet(process, ours, writer, limits)
     try:
@@ -156,5 +201,4 @@ def kept_outlet(interface: str, tag: str, writer: CommandWriter, limits: RobotLi
         raise
     finally:
         ours.close()
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(_FAREWELL)
+        outlet.see_off()

@@ -17,14 +17,23 @@ _SIGNALS = {
 
 
 class Stop:
-    """The first that asked for the end; an empty word while nobody does."""
+    """The first that asked for the end; an empty word while nobody does.
+
+    Until a performance has `begun` nothing was commanded, and whoever asks ends the program at once.
+    """
 
     def __init__(self) -> None:
-        self.reason = ""
+        self.reason, self.begun = "", False
 
     def ask(self, reason: str) -> None:
         """The first reason stays."""
         self.reason = self.reason or reason
+
+    def hear(self, number: int) -> None:
+        """A signal."""
+        if not self.begun:
+            raise KeyboardInterrupt
+        self.ask(_SIGNALS[signal.Signals(number)])
 
     def __call__(self) -> str:
         """The reason."""
@@ -42,7 +51,7 @@ def stop_key() -> Iterator[Stop]:
 
     if sys.stdin is not None and sys.stdin.isatty():
         threading.Thread(target=wait, daemon=True).start()
-    before = {number: signal.signal(number, lambda n, _: stop.ask(_SIGNALS[signal.Signals(n)])) for number in _SIGNALS}
+    before = {number: signal.signal(number, lambda n, _: stop.hear(n)) for number in _SIGNALS}
     try:
         yield stop
     finally:

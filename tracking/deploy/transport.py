@@ -126,7 +126,7 @@ class ControllerTransport:
         """
         time.sleep(_LOOK)
         heard = self._sdk.read_incoming_command()
-        if np.any(heard.kp) or np.any(heard.kd) or np.any(heard.q_target):
+        if any(np.any(x) for x in (heard.kp, heard.kd, heard.q_target, heard.dq_target, heard.tau_ff)):
             raise TrackingError(
                 "LowCmd", found="commands of somebody else on this wire", expected="nobody: two senders fight each other",
                 cure="release the robot's own motion service (debug mode), and end other programs",

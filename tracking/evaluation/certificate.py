@@ -47,6 +47,10 @@ class Share:
     count: int
     of: int
 
+    def __post_init__(self) -> None:
+        if not all(type(n) is int for n in (self.count, self.of)) or not 0 <= self.count <= self.of or not self.of:
+            raise ValueError(f"{self.count} of {self.of}")
+
     @property
     def interval(self) -> tuple[float, float]:
         """Lower and upper end."""
@@ -124,6 +128,7 @@ def certify(
     """
     began = time.perf_counter()
     loaded = load_bundle(bundle)
+    files = _hashes(loaded.folder)
     rounds = _rounds(loaded.folder, half_width, most, each, seed, progress)
     count = sum(r.rollouts for r in rounds)
     finished, stood = (sum(round(getattr(r, name) * r.rollouts) for r in rounds) for name in ("finished", "stood"))
@@ -134,6 +139,10 @@ def certify(
         )
         for c in cells
     )  # fmt: skip
+    if _hashes(loaded.folder) != files:
+        raise TrackingError(
+            str(bundle), found="files that changed meanwhile", expected="one bundle", cure="certify it again"
+        )
     failures = {s.at_s: sum(r.seconds[k].failed for r in rounds) for k, s in enumerate(rounds[0].seconds)}
     return Certificate(
         robot=loaded.robot.name,
@@ -145,7 +154,7 @@ def certify(
         hardest=tuple(sorted(((at, n) for at, n in failures.items() if n), key=lambda pair: -pair[1])[:3]),
         tried=tried,
         not_tried=(*NOT_TRIED, *(f"the engine {e}" for e in ("physx-isaac", "physx-motor") if e not in engines)),
-        sha256=_hashes(loaded.folder),
+        sha256=files,
         versions={"dance-retarget": __version__, **{p: version(p) for p in ("numpy", "mujoco", "onnxruntime")}},
         seed=seed,
         minutes=(time.perf_counter() - began) / 60.0,

@@ -156,7 +156,20 @@ def test_good_names_stay():
 
 
 @pytest.mark.parametrize(
-    "pattern", ["(a+)+b", "(a|a)*", "(.*)*", "(x{1,9}){1,9}", ".*.*.*.*.*", "a" * 500, "(", "[", "a{99999999999}"]
+    "pattern",
+    [
+        "(a+)+b",
+        "(a|a)*",
+        "(.*)*",
+        "(x{1,9}){1,9}",
+        ".*.*.*.*.*",
+        "a" * 500,
+        "(",
+        "[",
+        "a{99999999999}",
+        "a?" * 30 + "a" * 30,
+        "(a|a)" * 30,
+    ],
 )
 def test_patterns_that_may_not_end_are_refused(pattern):
     with pytest.raises(DanceError):
@@ -166,6 +179,14 @@ def test_patterns_that_may_not_end_are_refused(pattern):
 @pytest.mark.parametrize("pattern", [".*", ".*_hip_(pitch|yaw)_joint", "(left_)?knee.*", "[*+]x", r"a\*b", "j[0-9]+"])
 def test_patterns_of_profiles_pass(pattern):
     assert check_pattern(pattern, "x") == pattern
+
+
+def test_nothing_of_the_current_folder_is_code(tmp_path, monkeypatch):
+    for name in ("resource.py", "numpy.py", "tracking.py"):
+        (tmp_path / name).write_text("open('ran', 'w')")
+    monkeypatch.chdir(tmp_path)
+    refusal_of_child("import numpy", [])
+    assert not (tmp_path / "ran").exists()
 
 
 def test_a_child_that_ends_well_says_nothing_and_one_that_does_not_says_why():

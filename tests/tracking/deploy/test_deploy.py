@@ -17,7 +17,7 @@ from robot_models.maths import rotation as rot
 from tracking.deploy.guard import Guard, GuardConfig
 from tracking.deploy.loop import perform
 from tracking.deploy.messages import Command, State
-from tracking.deploy.outlet import NoOutlet
+from tracking.deploy.outlet import DryOutlet
 from tracking.deploy.rehearsal.robot import _Body
 from tracking.deploy.robot_limits import RobotLimits
 from tracking.deploy.stages import Controller, Stage, StageConfig
@@ -185,7 +185,7 @@ def test_a_dry_run_sends_nothing(runner):
     transport = Simulated(load_robot("g1"))
     controller = Controller(runner, Guard(ROBOT), StageConfig(damping_s=0.1, rise_s=0.1, stand_s=0.1))
     stopped = lambda: "enough" if controller.stage is Stage.DANCE else ""  # noqa: E731
-    done = perform(controller, transport, NoOutlet(), stopped=stopped, linger_s=0.0)
+    done = perform(controller, transport, DryOutlet(), stopped=stopped, linger_s=0.0)
     assert len(done.ticks) > 10 and not transport.sent and done.tripped == "enough"
 
 
@@ -197,7 +197,9 @@ def test_a_dry_run_sends_nothing(runner):
         (["groove-g1", "--fault", "tilt"], "without a rehearsal"),
         (["groove-g1", "--rehearse", "--fault", "boredom"], "one of tilt"),
         (["groove-g1", "--recording", "a.rrd"], "--rehearse"),
-        (["groove-g1", "--loops", "0"], "positive"),
+        (["groove-g1", "--loops", "-1"], "positive"),
+        (["groove-g1", "--stand", "nan"], "positive"),
+        (["groove-g1", "--rehearse", "--fault", "tilt", "--fault-after", "nan"], "positive"),
     ],
 )
 def test_what_could_move_a_robot_by_mistake_is_refused(words, said, capsys):

@@ -237,6 +237,20 @@ def test_the_remotes_select_stops_and_its_damping_keys_together(buttons, fine):
     assert fine or guard.tripped == "stopped by the remote"
 
 
+def test_one_motor_that_tells_no_voltage_hides_nothing():
+    low = np.full(J, 30.0)
+    low[7] = 0.0
+    guard = Guard(ROBOT)
+    assert not guard.state(state(voltage=low), 5.0, 5.0) and guard.tripped.startswith("battery")
+
+
+def test_a_link_that_is_bad_from_the_start_trips_once_a_second_has_been_counted():
+    guard = Guard(ROBOT)
+    for now in (5.0, 6.0):
+        assert guard.state(state(rate=100.0, received=now), now, now)
+    assert not guard.state(state(rate=100.0, received=7.0), 7.0, 7.0) and guard.tripped.startswith("lost states")
+
+
 def test_states_that_get_lost_trip_against_the_best_second_and_a_slow_robot_does_not():
     for first in (500.0, 300.0):
         for share, fine in ((1.0 - INSIDE * LIMITS.loss, True), (1.0 - BEYOND * LIMITS.loss, False)):

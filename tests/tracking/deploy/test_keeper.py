@@ -14,7 +14,7 @@ from robot_models import load_robot
 from tracking import TrackingError
 from tracking.deploy.keeper import FADE, LINGER, SILENCE, TRIP, Keeper, keep, packed
 from tracking.deploy.messages import Command, State
-from tracking.deploy.outlet import KeptOutlet, NoOutlet
+from tracking.deploy.outlet import DryOutlet, KeptOutlet
 from tracking.deploy.robot_limits import RobotLimits
 
 pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
@@ -165,7 +165,10 @@ def test_a_performance_through_the_keeper_ends_at_a_word():
         outlet.end()
         thread.join(2.0)
         assert not thread.is_alive()
-    assert len(through.sent) == 5 and not past.sent
+    assert not past.sent
+    assert [bool(c.kp.any()) for _, c in through.sent[:5]] == [True] * 5 and len(through.sent) > 5
+    assert all((c.target == STATE.joint_pos).all() or not c.kp.any() for _, c in through.sent[5:])
+    assert not through.sent[-1][1].kp.any()  # the last word is damping
 
 
 def test_a_socket_that_closes_is_damping_for_as_long_as_a_robot_needs_to_sink():
@@ -237,8 +240,46 @@ def test_a_keeper_that_does_not_begin_is_an_error():
     its.close()
 
 
+def test_a_keeper_that_never_began_leads_to_no_command_of_ours():
+    ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    past = Wire()
+    outlet = KeptOutlet(Process(), ours, past, ROBOT)
+    its.close()
+    outlet.trip("it never came")
+    outlet.write(STIFF, STATE)
+    assert not past.sent  # nobody had commanded this robot
+    ours.close()
+
+
+def test_a_keeper_that_does_not_end_is_killed_and_the_robot_damped_for_a_while(monkeypatch):
+    import tracking.deploy.outlet as module
+
+    class Stuck(Process):
+        def wait(self, seconds):
+            raise subprocess.TimeoutExpired("keeper", seconds)
+
+    monkeypatch.setattr(module, "LINGER", 0.05)
+    ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    its.send(b"A")
+    past = Wire()
+    outlet = KeptOutlet(Stuck(), ours, past, ROBOT)
+    outlet.wait_until_ready()
+    outlet.write(STIFF, STATE)
+    outlet.see_off()
+    assert outlet._process.killed and len(past.sent) == 1 and not past.sent[0][1].kp.any()
+    ours.close()
+    its.close()
+
+
+def test_a_dry_run_tells_which_joints_move():
+    said = []
+    outlet = DryOutlet(ROBOT.joint_names, said.append)
+    outlet.write(STIFF, STATE)
+    assert "deg" in said[0] and "roll +0 pitch +0" in said[0] and outlet.complaint() == ""
+
+
 def test_no_outlet_says_and_sends_nothing():
-    outlet = NoOutlet()
+    outlet = DryOutlet()
     outlet.write(STIFF, STATE)
     outlet.trip("x")
     assert outlet.complaint() == ""

@@ -9,7 +9,7 @@ import tracking.deploy.loop as module
 from tracking import TrackingError
 from tracking.deploy.loop import Performance, perform
 from tracking.deploy.messages import Command, State
-from tracking.deploy.outlet import NoOutlet
+from tracking.deploy.outlet import DryOutlet
 from tracking.deploy.stages import Stage
 
 pytestmark = pytest.mark.usefixtures("as_users_run_it")  # refusals, and doubles of what is checked elsewhere
@@ -80,7 +80,7 @@ def test_ticks_are_due_a_control_period_apart_and_every_command_is_sent():
 
 def test_where_no_new_state_comes_the_first_is_shown_again_for_the_guard_to_judge():
     controller = Script()
-    perform(controller, Tape([None, STATE, *[None] * 500]), NoOutlet(), linger_s=0.0)
+    perform(controller, Tape([None, STATE, *[None] * 500]), DryOutlet(), linger_s=0.0)
     assert set(map(id, controller.states)) == {id(STATE)}
 
 

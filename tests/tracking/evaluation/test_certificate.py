@@ -102,8 +102,9 @@ def test_it_survives_its_file_and_holds_for_its_own_bundle_alone(bundle):
 @pytest.mark.parametrize(
     "change",
     [
-        {"format": 2}, {"finished": 3}, {"finished": {"count": 1, "of": 0}}, {"tried": [{}]}, {"sha256": None}, {"more": 1},
-        {"hardest": ["x"]}, {"finished": {"count": "a", "of": "b"}},
+        {"format": 2}, {"finished": 3}, {"finished": {"count": 1, "of": 0}}, {"finished": {"count": 500, "of": 100}},
+        {"fell": {"count": -1, "of": 10}}, {"tried": [{}]}, {"sha256": None}, {"more": 1}, {"hardest": ["x"]},
+        {"finished": {"count": "a", "of": "b"}},
     ],
 )  # fmt: skip
 def test_what_is_no_certificate_is_refused(bundle, change):

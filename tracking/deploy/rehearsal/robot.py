@@ -86,10 +86,11 @@ def run_robot(
     transport, body, told = RobotTransport(tag), _Body(robot), _Log()
     illness = faults()[fault.name] if fault is not None else None
     pulse, changed, stiff_at = 0.0, time.monotonic(), np.inf
-    due, step, parent, alone = time.monotonic(), 0, os.getppid(), np.inf
+    parent = multiprocessing.parent_process()
+    due, step, alone = time.monotonic(), 0, np.inf
     ready.set()
     while not stop.is_set() and time.monotonic() < alone + _MOURNING:
-        if os.getppid() != parent:
+        if parent is not None and os.getppid() != parent.pid:
             alone = min(alone, time.monotonic())
         (command, beat), now = transport.command(), time.monotonic()
         if beat != pulse:
