@@ -93,7 +93,7 @@ def _value(array: np.ndarray, rng: random.Random) -> np.ndarray:
     out = np.array(array)
     if out.dtype.kind == "U":
         return np.array(["\x1b[2J" if rng.random() < 0.5 else str(x) * 2 for x in out.ravel()]).reshape(out.shape)
-    if out.size:
+    if out.size and out.dtype.kind in "fiub":
         with np.errstate(all="ignore"):
             value = rng.choice((np.nan, np.inf, -np.inf, 1e300, -1.0, 0.0, 99.0, 1e9))
             out = out.astype(float) if rng.random() < 0.7 else out
