@@ -92,7 +92,7 @@ def controller(log: Path, kind: str, after: float) -> None:
         transport.wait_alone(ready.wait)
         with kept_outlet("lo", tag, transport, limits) as outlet:
             tell(controller=os.getpid(), keeper=outlet._process.pid)
-            guard = Guard(limits, GuardConfig(loss=LOSS))
+            stopped.begun, guard = True, Guard(limits, GuardConfig(loss=LOSS))
             done = perform(Controller(runner, guard, config), transport, outlet, stopped=stopped, tell=stage)
             tell(tripped=done.tripped)
 
