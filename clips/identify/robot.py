@@ -61,34 +61,19 @@ def robot_clip(
     """
     model = load_robot(robot)
     raw.check_rate(fps)
-    frames, columns = len(root_pos), len(joint_names)
-    if joint_pos.shape != (frames, columns) or root_pos.shape != (frames, 3) or root_quat.shape != (frames, 4):
-        raise ClipError(
-            raw.name, found=f"joints {joint_pos.shape}, root {root_pos.shape} and {root_quat.shape}",
-            expected=f"{frames} frames of {columns} joints, 3 and 4 numbers", cure="name every column once",
-        )  # fmt: skip
+    _check_shapes(raw, len(joint_names), root_pos, root_quat, joint_pos)
     if options.travel_scale is not None:
-        root_pos, conversions = (
-            root_pos * options.travel_scale,
-            [*conversions, f"root positions x {options.travel_scale:g}"],
-        )
+        root_pos = root_pos * options.travel_scale
+        conversions = [*conversions, f"root positions x {options.travel_scale:g}"]
     refuse_other_units(raw, model, root_pos, joint_pos, options)
     order = [model.joint(n) for n in joint_names]
     joint_pos, turns = unwrapped(model, order, joint_pos)
-    flips = int((np.sum(root_quat[1:] * root_quat[:-1], axis=1) < 0.0).sum())
-    signs = [Repair(what="quaternion signs made continuous", count=flips)] if flips else []
     finding = find_quat_order(raw, model, order, root_pos, root_quat, quat_order, customary_order, joint_pos, options)
     quat = unit_wxyz(raw, root_quat, finding.value)
     limits = check_limits(raw, model, order, joint_pos)
     named = any((f.what, f.value) == ("joint order", "by name") for f in findings)
     stands = _stands(raw, model, order, root_pos, quat, joint_pos, finding.value, named)
-    absent = [j for j in model.joint_names if j not in joint_names]
-    notes = [*findings, finding, limits, *stands]
-    if absent:
-        why = f"{len(joint_names)} of {len(model.joint_names)} joints are in the file"
-        notes.append(
-            Finding(what="joints held at the default pose", value=", ".join(absent), why=why, confidence="stated")
-        )
+    notes = [*findings, finding, limits, *stands, *_absent(model, joint_names)]
     return RobotClip(
         fps=fps,
         robot=model.name,
@@ -96,8 +81,32 @@ def robot_clip(
         root_pos=root_pos,
         root_quat=quat,
         joint_pos=joint_pos,
-        source=raw.source(dialect, notes, conversions, [*repairs, *turns, *signs]),
+        source=raw.source(dialect, notes, conversions, [*repairs, *turns, *_flipped(root_quat)]),
     )
+
+
+def _check_shapes(raw: RawFile, joints: int, root_pos: ndarray, root_quat: ndarray, joint_pos: ndarray) -> None:
+    """Refuse arrays of other frames or columns than one root and so many named joints have."""
+    frames = len(root_pos)
+    if joint_pos.shape != (frames, joints) or root_pos.shape != (frames, 3) or root_quat.shape != (frames, 4):
+        raise ClipError(
+            raw.name, found=f"joints {joint_pos.shape}, root {root_pos.shape} and {root_quat.shape}",
+            expected=f"{frames} frames of {joints} joints, 3 and 4 numbers", cure="name every column once",
+        )  # fmt: skip
+
+
+def _flipped(quat: ndarray) -> list[Repair]:
+    """Signs of quaternions that change between two frames."""
+    flips = int((np.sum(quat[1:] * quat[:-1], axis=1) < 0.0).sum())
+    return [Repair(what="quaternion signs made continuous", count=flips)] if flips else []
+
+
+def _absent(model: RobotModel, joint_names: Sequence[str]) -> list[Finding]:
+    """Joints of the robot that the file does not move."""
+    absent = [j for j in model.joint_names if j not in joint_names]
+    why = f"{len(joint_names)} of {len(model.joint_names)} joints are in the file"
+    told = Finding(what="joints held at the default pose", value=", ".join(absent), why=why, confidence="stated")
+    return [told] if absent else []
 
 
 def _unit_ratio(height: float, legs: float) -> float | None:

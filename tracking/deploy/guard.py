@@ -24,24 +24,26 @@ _SELECT, _L2, _B = 1 << 3, 1 << 5, 1 << 9  # of the remote; select ends Unitree'
 
 @dataclass(frozen=True, kw_only=True)
 class GuardConfig:
-    """Limits and why they stand there. Seen: the largest in 30 noisy rollouts of each policy that comes with the package.
+    """Limits and why they stand there. Seen: the largest in 30 noisy rollouts of groove-g1 (benchmarks/guard_margins.py).
 
     Lean is the angle between the robot's vertical and the one that the motion asks for; heading does not count.
     """
 
     tilt: float = 1.0  # of the IMU's z off the vertical [rad]: nobody dances there
-    lean: float = 0.7  # held for `lean_s` [rad]; seen 0.16, and 0.69 in a robot that caught itself
+    lean: float = 0.7  # held for `lean_s` [rad]; seen 0.16
     lean_s: float = 0.3
     falling: float = 0.6  # lean that grows faster than `falling_rate` [rad]: before the floor, not after
     falling_rate: float = 2.5  # [rad/s]
-    gyro: float = 15.0  # [rad/s]; seen 1.6, and 6.7 in a robot that caught itself
-    speed: float = 0.95  # of the motors' own limit; seen 0.7
+    gyro: float = 15.0  # [rad/s]; seen 1.7
+    speed: float = 0.95  # of the motors' own limit; seen 0.14
     beyond: float = 0.1  # of a joint beyond its range [rad]
-    torque: float = 3.0  # that the servo law would ask for, in efforts; seen 1.8
-    jump: float = 2.0  # of a target between two ticks, in effort / kp; seen 1.2
-    overlap: float = 0.06  # of two bodies in the commanded pose, held for `overlap_s` [m]; seen 0.015
+    torque: float = 3.0  # that the servo law would ask for, in efforts; seen 0.73
+    jump: float = 2.0  # of a target between two ticks, in effort / kp; seen 0.46
+    overlap: float = 0.06  # of two bodies in the commanded pose, held for `overlap_s` [m]; seen 0.026
     overlap_s: float = 0.1
-    strain: float = 0.9  # measured torque in efforts, held for `strain_s`: a motor that pushes against something
+    strain: float = (
+        0.9  # measured torque in efforts, held for `strain_s`: a motor that pushes against something; seen 0.71
+    )
     strain_s: float = 1.0
     temperature: float = 90.0  # of a motor [deg C]: ours to choose, the maker states none
     voltage: float = 41.6  # of the supply, 13 cells of 3.2 V each [V]: below them it collapses under load

@@ -11,7 +11,7 @@ from numpy import ndarray
 
 from robot_models import RobotModel, expand_patterns
 from tracking.deploy.messages import Command
-from tracking.errors import TrackingError
+from tracking.errors import TrackingError, shortened
 from tracking.policy import Contract, anchor_chain, standing_gains
 
 _SAME = 1e-6  # relative: the same number after a file
@@ -96,7 +96,7 @@ class RobotLimits:
 
     def _same(self, name: str, told: Any, own: Any) -> None:
         if told != own:
-            raise self._refused(name, _short(told), _short(own))
+            raise self._refused(name, shortened(told), shortened(own))
 
     def _refused(self, what: str, found: str, expected: str) -> TrackingError:
         return TrackingError(
@@ -111,8 +111,3 @@ def _band(table: Any, robot: RobotModel, name: str) -> ndarray:
         for end in (0, 1)
     )
     return np.array(list(ends))
-
-
-def _short(value: object) -> str:
-    text = str(value) or "nothing"
-    return text if len(text) < 60 else f"{text[:57]}..."

@@ -22,7 +22,7 @@ from tracking.config import TaskConfig
 from tracking.errors import TrackingError
 from tracking.evaluation.condition_sweep import sweep
 from tracking.evaluation.rollouts import Evaluation, evaluate, evaluation_task, wilson
-from tracking.policy import CONTRACT, GOLDEN, POLICY, REFERENCE, load_bundle
+from tracking.policy import CONTRACT, GOLDEN, POLICY, REFERENCE, Bundle, load_bundle
 
 CERTIFICATE = "certificate.json"
 FORMAT = 1
@@ -129,7 +129,7 @@ def certify(
     began = time.perf_counter()
     loaded = load_bundle(bundle)
     files = _hashes(loaded.folder)
-    rounds = _rounds(loaded.folder, half_width, most, each, seed, progress)
+    rounds = _rounds(loaded, half_width, most, each, seed, progress)
     count = sum(r.rollouts for r in rounds)
     finished, stood = (sum(round(getattr(r, name) * r.rollouts) for r in rounds) for name in ("finished", "stood"))
     cells = sweep(bundle, engines, conditions=conditions, rollouts=each, seed=seed, jobs=jobs, progress=progress)
@@ -161,13 +161,12 @@ def certify(
     )
 
 
-def _rounds(folder: Path, half_width: float, most: int, each: int, seed: int, progress: Progress) -> list[Evaluation]:
+def _rounds(bundle: Bundle, half_width: float, most: int, each: int, seed: int, progress: Progress) -> list[Evaluation]:
     """Evaluations on ever new robots until the interval is narrow enough."""
     rounds: list[Evaluation] = []
     while not rounds or (_too_wide(rounds, half_width) and sum(r.rollouts for r in rounds) < most):
-        loaded = load_bundle(folder)
         result = evaluate(
-            loaded.runner, loaded.robot, loaded.reference, evaluation_task(TaskConfig()), rollouts=each,
+            bundle.runner, bundle.robot, bundle.reference, evaluation_task(TaskConfig()), rollouts=each,
             seed=seed + 1000 + len(rounds),
         )  # fmt: skip
         rounds.append(replace(result, best=result.best[:1]))

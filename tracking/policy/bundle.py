@@ -12,7 +12,7 @@ from numpy import ndarray
 from clips import Reference, check_reference_against, load_reference
 from robot_models import RobotModel, load_robot
 from robot_models.incoming import read_bytes
-from tracking.errors import TrackingError
+from tracking.errors import TrackingError, shortened
 from tracking.policy.anchor_chain import anchor_chain
 from tracking.policy.contract import Contract, read_contract
 from tracking.policy.gains import with_gains
@@ -185,11 +185,6 @@ def check_contract(told: Contract, robot: RobotModel, reference_sha256: str) -> 
         same = np.array_equal(getattr(told, key), value) if isinstance(value, ndarray) else getattr(told, key) == value
         if not same:
             raise TrackingError(
-                f"contract, {key}", found=_short(getattr(told, key)), expected=f"{_short(value)}, as it is now",
+                f"contract, {key}", found=shortened(getattr(told, key)), expected=f"{shortened(value)}, as it is now",
                 cure="use the reference and robot that the policy was trained with, or train again",
             )  # fmt: skip
-
-
-def _short(value: object) -> str:
-    text = str(value)
-    return text if len(text) < 60 else f"{text[:57]}..."

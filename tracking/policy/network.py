@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +77,8 @@ def open_onnx(path: Path) -> Any:
 
     regular_file(path, expected="policy.onnx of a bundle", most=MAX_NETWORK, error=TrackingError)
     if not path.resolve().is_relative_to(_OURS):
-        complaint = refusal_of_child(_TRY, [str(path)])
+        written = path.stat()
+        complaint = _tried(str(path), written.st_mtime_ns, written.st_size)
         if complaint:
             raise TrackingError(
                 str(path), found=f"a file that onnxruntime comes to grief over ({complaint})",
@@ -90,3 +92,9 @@ def open_onnx(path: Path) -> Any:
         raise TrackingError(
             str(path), found="a file that onnxruntime refuses", expected="policy.onnx of a bundle"
         ) from e
+
+
+@lru_cache(maxsize=64)
+def _tried(path: str, _written: int, _size: int) -> str:
+    """Why a network came to grief in a process of its own; asked once of each file, however often it is opened."""
+    return refusal_of_child(_TRY, [path])

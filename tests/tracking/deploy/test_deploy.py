@@ -18,7 +18,7 @@ from tracking.deploy.guard import Guard, GuardConfig
 from tracking.deploy.loop import perform
 from tracking.deploy.messages import Command, State
 from tracking.deploy.outlet import DryOutlet
-from tracking.deploy.rehearsal.robot import _Body
+from tracking.deploy.rehearsal.robot import SimulatedBody
 from tracking.deploy.robot_limits import RobotLimits
 from tracking.deploy.stages import Controller, Stage, StageConfig
 from tracking.policy.bundle import read_runner
@@ -131,7 +131,7 @@ class Simulated:
     """A wire that ends in a simulated robot; time goes as the ticks do."""
 
     def __init__(self, robot):
-        self.body, self.sent, self.command = _Body(robot), [], None
+        self.body, self.sent, self.command = SimulatedBody(robot), [], None
 
     def read(self):
         q, v = self.body.qpos, self.body.qvel
@@ -167,7 +167,7 @@ def test_standing_gains_stand_and_the_policys_alone_do_not():
     robot = load_robot("g1")
     heights = []
     for kp, kd in (standing_gains(robot), (robot.kp, robot.kd)):
-        body = _Body(robot)
+        body = SimulatedBody(robot)
         for _ in range(2000):
             body.step(kp, kd, robot.default_joint_pos)
         heights.append(body.qpos[2] / robot.default_qpos[2])

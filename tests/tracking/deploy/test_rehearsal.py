@@ -6,7 +6,7 @@ import pytest
 
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
-from tracking.deploy.rehearsal.robot import STATE_DT, SensorNoise, _Body, _sensors, _torque_model
+from tracking.deploy.rehearsal.robot import STATE_DT, SensorNoise, SimulatedBody, _torque_model, sensed
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +15,7 @@ def robot():
 
 
 def lifted(robot, height=2.0):
-    body = _Body(robot)
+    body = SimulatedBody(robot)
     body._data.qpos[2] += height
     mujoco.mj_forward(body._model, body._data)
     return body
@@ -87,9 +87,9 @@ def test_damping_takes_energy_and_asks_for_no_pose(robot):
 
 
 def test_sensors_tell_the_state_within_their_noise_and_the_seed_decides(robot):
-    body, noise = _Body(robot), SensorNoise()
+    body, noise = SimulatedBody(robot), SensorNoise()
     body._data.qvel[:] = np.linspace(-1.0, 1.0, 35)
-    told = [_sensors(body, np.random.default_rng(k)) for k in range(30)]
+    told = [sensed(body, np.random.default_rng(k)) for k in range(30)]
     q, v = body.qpos, body.qvel
     turns = rot.angle_between(np.array([t.quat for t in told]), np.tile(q[3:7], (30, 1)))
     assert 0.0 < turns.max() <= np.sqrt(3.0) * noise.orientation
@@ -98,6 +98,6 @@ def test_sensors_tell_the_state_within_their_noise_and_the_seed_decides(robot):
     ):  # fmt: skip
         off = np.abs(np.array([getattr(t, name) for t in told]) - truth).max(axis=0)
         assert off.max() <= width + 1e-12 and (off > 0.5 * width).all()
-    again = _sensors(body, np.random.default_rng(0))
+    again = sensed(body, np.random.default_rng(0))
     for name in ("quat", "gyro", "joint_pos", "joint_vel"):
         np.testing.assert_array_equal(getattr(again, name), getattr(told[0], name))

@@ -83,7 +83,7 @@ def run_robot(
     with open(log.with_suffix(".txt"), "wb") as talk:
         os.dup2(talk.fileno(), 1)
     robot, rng = load_robot(robot_name), np.random.default_rng(seed)
-    transport, body, told = RobotTransport(tag), _Body(robot), _Log()
+    transport, body, told = RobotTransport(tag), SimulatedBody(robot), _Log()
     illness = faults()[fault.name] if fault is not None else None
     pulse, changed, stiff_at = 0.0, time.monotonic(), np.inf
     parent = multiprocessing.parent_process()
@@ -104,7 +104,7 @@ def run_robot(
             quiet = now - changed > _SILENCE
             body.step(np.zeros_like(command.kp) if quiet else command.kp, command.kd, command.target)
             told.age.append(now - changed)
-        state: State | None = _sensors(body, rng)
+        state: State | None = sensed(body, rng)
         if fault is not None and illness is not None and state is not None and now > stiff_at + fault.after:
             told.fault_at = min(told.fault_at, now)
             state = illness(state, now - told.fault_at, rng)
@@ -121,7 +121,7 @@ def run_robot(
     told.write(log.with_suffix(".npz"))
 
 
-class _Body:
+class SimulatedBody:
     """The physics: torques of the servo law, clipped to the motors' effort, at every step."""
 
     def __init__(self, robot: RobotModel) -> None:
@@ -166,7 +166,8 @@ def _torque_model(robot: RobotModel) -> mujoco.MjModel:
     return model
 
 
-def _sensors(body: _Body, rng: np.random.Generator) -> State:
+def sensed(body: SimulatedBody, rng: np.random.Generator) -> State:
+    """What the sensors of a body tell, with their noise; motors warm, battery charged."""
     noise, qpos, qvel = SensorNoise(), body.qpos, body.qvel
     joints = len(qpos) - 7
 
