@@ -145,7 +145,7 @@ def test_whoever_skates_is_below_the_gate_and_whoever_walks_is_not(shared):
     from damage import read_shared, travelling
 
     from clips import repair
-    from retarget.report import _unsupported
+    from retarget.report.feet import _unsupported
 
     walks = [
         "bvh/cmu_12_01_walk.bvh",
