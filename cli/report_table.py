@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from retarget import Report
 
 
-def print_report(report: Report, console: Console) -> None:
+def report_table(report: Report) -> Table:
     """Every number of the report, the gates marked."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for column in ("", "measured", "value", "gate"):
@@ -17,4 +16,4 @@ def print_report(report: Report, console: Console) -> None:
     for m in report.metrics:
         mark = "" if m.limit is None else Text("ok", style="green") if m.passed else Text("FAIL", style="red")
         table.add_row(mark, m.label, f"{m.value:.4g} {m.unit}", "" if m.limit is None else f"{m.limit:.4g}")
-    console.print(table)
+    return table

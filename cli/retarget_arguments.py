@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from cli.options import ClipPath, FileOptions, Out
+from cli.telling import TellOptions
 from clips import OutputError
 from retarget import RetargetConfig, RetargetError
 from robot_models import DEFAULT_ROBOT
@@ -22,6 +23,7 @@ class Arguments:
         dance-retarget unitree.csv --fps 30 --robot g1
         dance-retarget verse.bvh --then chorus.bvh verse.bvh -o song.npz
         dance-retarget fast.bvh --fit-dynamics
+        dance-retarget dance.bvh --drop 13.8-14.3 20-21.5
         dance-retarget clips/ -o references --robot g1,dancer --jobs 2
         dance-retarget /shared/clips -o /shared/references --ray 10.0.0.5:6379
     """
@@ -40,6 +42,8 @@ class Arguments:
     """Begin at this second of the clip."""
     end: float | None = None
     """End at this second of the clip."""
+    drop: tuple[str, ...] = ()
+    """Leave these seconds of the clip out, as 13.8-14.3; steps lead from what is before to what comes after."""
     speed: float = 1.0
     """Play the clip so many times as fast."""
     mirror: bool = False
@@ -69,12 +73,46 @@ class Arguments:
     recording: bool = True
     """Write a Rerun recording beside the reference."""
     file: FileOptions = field(default_factory=FileOptions)
+    tell: TellOptions = field(default_factory=TellOptions)
+
+    def stretches(self) -> list[tuple[float, float | None]]:
+        """Seconds of the clip that are danced, (start, end), in order; an end of None is the clip's.
+
+        Raises:
+            RetargetError: what shall be dropped is no stretch of seconds, or everything.
+        """
+        kept, at = list[tuple[float, float | None]](), self.start
+        for a, b in sorted(map(_seconds, self.drop)):
+            if a > at:
+                kept.append((at, a))
+            at = max(at, b)
+        if self.end is None or at < self.end:
+            kept.append((at, self.end))
+        kept = [
+            (a, b if self.end is None or b is None else min(b, self.end))
+            for a, b in kept
+            if self.end is None or a < self.end
+        ]
+        if not kept:
+            raise RetargetError(f"--drop {' '.join(self.drop)}", found="nothing left", expected="something to dance")
+        return kept
 
     def config(self) -> RetargetConfig:
         """The numbers of every stage, with what was stated."""
         return replace(
             RetargetConfig(), solver=self.solver, fps=self.out_fps, lead_in_s=self.lead_in, lead_out_s=self.lead_out
         )
+
+
+def _seconds(stretch: str) -> tuple[float, float]:
+    """`13.8-14.3` as numbers."""
+    try:
+        start, end = map(float, stretch.split("-"))
+    except ValueError:
+        start, end = 0.0, 0.0
+    if not 0.0 <= start < end < float("inf"):
+        raise RetargetError(f"--drop {stretch}", found="no stretch of seconds", expected="start-end, as 13.8-14.3")
+    return start, end
 
 
 def check_one(args: Arguments) -> None:
@@ -96,10 +134,10 @@ def check_one(args: Arguments) -> None:
             "--ray or --jobs", found="one clip", expected="a folder of clips, or a pattern of names",
             cure="leave them out: one clip is one job",
         )  # fmt: skip
-    several = bool(args.then) or args.loop != 1
+    several = bool(args.then) or bool(args.drop) or args.loop != 1
     if several and (edits or args.fit_dynamics or args.loop < 1):
         raise RetargetError(
-            "--then or --loop", found="--contacts, --keys, --write-contacts, --fit-dynamics, or a loop of less than once",
+            "--then, --loop or --drop", found="--contacts, --keys, --write-contacts, --fit-dynamics, or a loop of less than once",
             expected="dances without edits of their own, at least once",
             cure="write each dance to a file first; a reference (.npz) is a clip again",
         )  # fmt: skip

@@ -10,7 +10,7 @@ from rich.table import Table
 
 import clips.samples
 from cli.console import console as make_console
-from cli.report_table import print_report
+from cli.report_table import report_table
 from cli.robot_arguments import Add, Arguments, Check
 from cli.terminal import BELOW_GATE, DONE, command
 from clips import OutputError, cut, read_clip, write_whole
@@ -82,7 +82,7 @@ def _check(robot: RobotModel, folder: Path, console: Console) -> int:
         f"{robot.profile.title}: {robot.model.body_mass.sum():.1f} kg, root {robot.default_qpos[2]:.2f} m up; "
         f"stands {check.stood_s:.1f} of {STANDS_S:.0f} s on its gains"
     )
-    print_report(check.result.report, console)
+    console.print(report_table(check.result.report))
     recording, still = folder / f"{robot.name}_check.rrd", folder / f"{robot.name}_check.png"
     save_retargeting(recording, check.result)
     console.print(f"wrote {recording}   open it: rerun {recording}")

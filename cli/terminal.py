@@ -20,6 +20,7 @@ from rich.console import Console
 from cli.console import as_any_terminal_can
 from cli.console import console as make_console
 from cli.extras import refusal_of
+from cli.typed import again, remember, typed_name
 from clips import write_whole
 from clips.identify import MappingNeededError
 from robot_models import DanceError, __version__
@@ -36,6 +37,7 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
     if words == ["--version"]:
         print(name, __version__)
         return DONE
+    remember(name, words)
     as_any_terminal_can()
     options = tyro.cli(
         arguments,
@@ -48,13 +50,13 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
         return body(options)
     except MappingNeededError as e:
         _offer_draft(e)
-        complain(e, name, words, option_names(arguments))
+        complain(e, option_names(arguments))
         return REFUSED
     except DanceError as e:
-        complain(e, name, words, option_names(arguments))
+        complain(e, option_names(arguments))
         return REFUSED
     except ModuleNotFoundError as e:
-        complain(refusal_of(e), name, words, option_names(arguments))
+        complain(refusal_of(e), option_names(arguments))
         return REFUSED
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
@@ -85,7 +87,7 @@ def option_names(arguments: Any) -> frozenset[str]:
     return frozenset(hints).union(*map(option_names, hints.values()))
 
 
-def complain(error: DanceError, name: str, words: list[str], options: frozenset[str]) -> None:
+def complain(error: DanceError, options: frozenset[str]) -> None:
     """The refusal, and the command to type where an option of this command would settle it."""
     console = make_console(stderr=True)
     console.print(f"refused: {error}", style="red")
@@ -93,19 +95,9 @@ def complain(error: DanceError, name: str, words: list[str], options: frozenset[
         return
     if error.suggestion:
         value = shlex.join(error.suggestion.split(None, 0))  # one word, whatever stands in it
-        said = (name, shlex.join(_without(words, flag(error.option))), flag(error.option), value)
-        console.print(f"try: {' '.join(filter(None, said))}")
+        console.print(f"try: {again({flag(error.option): value})}")
     else:
-        console.print(f"see: {name} --help, {flag(error.option)}")
-
-
-def _without(words: list[str], given: str) -> list[str]:
-    """The words typed, without an option that is about to be given anew."""
-    words = [word for word in words if not word.startswith(f"{given}=")]
-    if given not in words:
-        return words
-    at = words.index(given)
-    return words[:at] + words[at + 2 :]
+        console.print(f"see: {typed_name()} --help, {flag(error.option)}")
 
 
 def flag(option: str) -> str:

@@ -121,6 +121,13 @@ class Reference:
         return slice(self.dances[0].start, self.dances[-1].stop)
 
     @property
+    def leads(self) -> tuple[slice, ...]:
+        """Frames of lead-in and lead-out, where it has them."""
+        names = self.meta.get("segment_names", ())
+        found = [row for row, name in zip(self.segments, names, strict=False) if name.startswith("lead-")]
+        return tuple(slice(int(a), int(b)) for a, b, _ in found)
+
+    @property
     def dances(self) -> tuple[slice, ...]:
         """Frames of each dance; all of them where nothing is said of segments."""
         kinds = np.array(self.meta.get("segment_names", ()))

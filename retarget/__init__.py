@@ -4,7 +4,7 @@ from retarget.config import ContactConfig, Gates, IkConfig, ObjectiveWeights, Re
 from retarget.dynamics import Dynamics, dynamics_of, flight_fit, hardest_stretches
 from retarget.errors import RetargetError
 from retarget.pipeline import Retargeted, retarget
-from retarget.report import Metric, Report, measure
+from retarget.report import Cure, Diagnosis, Metric, Report, Where, diagnose, measure
 from retarget.targets import ContactEdit, KeyFrame, read_contacts, read_keys, write_contacts
 from retarget.workflows import FitConfig, Transition, fit_to_dynamics, retarget_sequence
 from robot_models import __version__
@@ -12,6 +12,8 @@ from robot_models import __version__
 __all__ = [
     "ContactConfig",
     "ContactEdit",
+    "Cure",
+    "Diagnosis",
     "Dynamics",
     "FitConfig",
     "Gates",
@@ -24,8 +26,10 @@ __all__ = [
     "RetargetError",
     "Retargeted",
     "Transition",
+    "Where",
     "WholeClipConfig",
     "__version__",
+    "diagnose",
     "dynamics_of",
     "fit_to_dynamics",
     "flight_fit",

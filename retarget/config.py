@@ -197,12 +197,23 @@ class ReportConfig(_Checked):
     contact: ContactRule = ContactRule(height=0.04, speed=0.25)  # of the source's edges over their own floor
     shortest_contact: int = 3  # frames; a shorter one is noise
     pivot_rate: float = 1.5  # [rad/s]
-    rounding: float = 1e-3  # of a share of the motors' limits
     airborne_height: float = 0.02  # of the robot's lowest point [m]
     upright: float = 0.75  # height of the pelvis over the floor, of the leg's length: whoever sits needs no feet
     longest_flight_s: float = 0.8  # what a person jumps; longer ones hover [s]
     under_floor: float = 0.002  # of the robot's lowest point, that counts a frame [m]
     overlap: float = 0.005  # of two bodies, that counts a frame [m]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiagnosisConfig(_Checked):
+    """What is said about a gate that does not hold."""
+
+    margin_s: float = 0.3  # left out on either side of what is dropped [s]
+    shortest_s: float = 2.0  # a shorter rest is not worth keeping [s]
+    most_dropped: float = 0.4  # of a dance; beyond it one stretch is kept instead
+    most_drops: int = 4
+    slid_m: float = 0.015  # of the recording's own foot, that explains a slide [m]
+    poor_feet: float = 0.1  # share of frames with feet that hover or skate, that explains a poor result
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,7 @@ from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics, dynamics_of
 from retarget.errors import RetargetError
 from retarget.per_frame import follow, frame_solver
-from retarget.report import Report, measure
+from retarget.report import Diagnosis, Report, diagnose, measure
 from retarget.solver import coarse_poses, make_objective, optimise
 from retarget.targets import (
     ContactEdit,
@@ -53,6 +53,11 @@ class Retargeted:
     def source(self) -> HumanClip:
         """What was recorded; of several dances the first."""
         return self.sources[0]
+
+    @property
+    def diagnoses(self) -> tuple[Diagnosis, ...]:
+        """Why the gates do not hold that do not."""
+        return diagnose(self.report, self.reference, self.sources)
 
 
 @one_blas_thread()

@@ -3,7 +3,7 @@
 from robot_models.build import BODY_BIT
 from robot_models.catalogue import DEFAULT_ROBOT, find_profile, installed, load_robot, robot_names
 from robot_models.errors import DanceError, RobotError, import_or_refuse
-from robot_models.geometry import body_geoms, lowest_point, self_collision_depth
+from robot_models.geometry import SelfCollisions, body_geoms, lowest_point, lowest_points, self_collisions
 from robot_models.jacobians import Kinematics, ancestors, forces, integrate, kinematics, moved
 from robot_models.kinematics import (
     AXIAL,
@@ -41,6 +41,7 @@ __all__ = [
     "RobotError",
     "RobotModel",
     "RobotProfile",
+    "SelfCollisions",
     "Sole",
     "__version__",
     "ancestors",
@@ -59,6 +60,7 @@ __all__ = [
     "leg_length",
     "load_robot",
     "lowest_point",
+    "lowest_points",
     "moved",
     "other_side",
     "pinocchio_model",
@@ -67,7 +69,7 @@ __all__ = [
     "read_profile",
     "reflected_joints",
     "robot_names",
-    "self_collision_depth",
+    "self_collisions",
     "sole_corners",
     "urdf_text",
     "visual_parts",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,13 +22,24 @@ def lowest_point(
     robot: RobotModel, body_pos_w: Float[ndarray, "T B 3"], body_quat_w: Float[ndarray, "T B 4"]
 ) -> Float[ndarray, "T"]:
     """Height of the lowest point of soles and body primitives over the floor z = 0 [m]."""
-    lowest = sole_corners(robot, body_pos_w, body_quat_w)[..., 2].min(axis=(1, 2))
+    return np.asarray(lowest_points(robot, body_pos_w, body_quat_w).min(axis=1))
+
+
+def lowest_points(
+    robot: RobotModel, body_pos_w: Float[ndarray, "T B 3"], body_quat_w: Float[ndarray, "T B 4"]
+) -> Float[ndarray, "T B"]:
+    """The same for each body [m]; infinite for one without a surface."""
+    lowest = np.full(body_pos_w.shape[:2], np.inf)
+    corners = sole_corners(robot, body_pos_w, body_quat_w)[..., 2].min(axis=2)
+    for foot, sole in enumerate(robot.soles.values()):
+        lowest[:, robot.body(sole.body)] = corners[:, foot]
     place = {b: i for i, b in enumerate(robot.body_ids)}
     for geom in body_geoms(robot):
         body = place.get(int(robot.model.geom_bodyid[geom]))
         if body is not None:
-            lowest = np.minimum(lowest, _geom_bottom(robot.model, geom, body_pos_w[:, body], body_quat_w[:, body]))
-    return np.asarray(lowest)
+            bottom = _geom_bottom(robot.model, geom, body_pos_w[:, body], body_quat_w[:, body])
+            lowest[:, body] = np.minimum(lowest[:, body], bottom)
+    return lowest
 
 
 def body_geoms(robot: RobotModel) -> list[int]:
@@ -58,24 +69,31 @@ def _geom_bottom(model: mujoco.MjModel, geom: int, pos: ndarray, quat: ndarray) 
     return np.asarray(centre[:, 2] - reach)
 
 
-def self_collision_depth(robot: RobotModel, qpos: Float[ndarray, "T nq"]) -> Float[ndarray, "T"]:
-    """Deepest overlap of two of the robot's own bodies per frame, 0 where none touch [m].
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SelfCollisions:
+    """The deepest overlap of two of the robot's own bodies in every frame."""
 
-    MuJoCo's own collision pass: parents with their children and the profile's excluded pairs do not count.
-    """
-    return np.array([max((d for _, d in found), default=0.0) for found in _overlaps(robot, qpos)])
+    depth: Float[ndarray, "T"]  # [m], 0 where none touch
+    bodies: tuple[tuple[str, str] | None, ...]  # MuJoCo's names of the two
+    point_w: Float[ndarray, "T 3"]  # where they meet [m]; NaN where they do not
 
 
-def _overlaps(robot: RobotModel, qpos: ndarray) -> Iterator[list[tuple[tuple[int, int], float]]]:
-    """Overlapping pairs of the robot's own primitives with their depths [m], frame by frame."""
+def self_collisions(robot: RobotModel, qpos: Float[ndarray, "T nq"]) -> SelfCollisions:
+    """MuJoCo's own collision pass: parents with their children and the profile's excluded pairs do not count."""
     import mujoco
 
     model, data = robot.model, mujoco.MjData(robot.model)
+    depth, point_w = np.zeros(len(qpos)), np.full((len(qpos), 3), np.nan)
+    bodies: list[tuple[str, str] | None] = [None] * len(qpos)
     # A loop: MuJoCo's broad phase works on one state at a time.
-    for q in qpos:
+    for t, q in enumerate(qpos):
         data.qpos[:] = q
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
-        geoms, depth = data.contact.geom, -data.contact.dist
-        own = (model.geom_contype[geoms] & BODY_BIT).all(axis=1) & (depth > 0.0)
-        yield [((int(a), int(b)), float(d)) for (a, b), d in zip(geoms[own], depth[own], strict=True)]
+        geoms = data.contact.geom
+        overlap = np.where((model.geom_contype[geoms] & BODY_BIT).all(axis=1), -data.contact.dist, 0.0)
+        k = int(overlap.argmax()) if len(overlap) else -1
+        if k >= 0 and overlap[k] > 0.0:
+            a, b = (model.body(int(i)).name for i in model.geom_bodyid[geoms[k]])
+            depth[t], bodies[t], point_w[t] = overlap[k], (a, b), data.contact.pos[k]
+    return SelfCollisions(depth=depth, bodies=tuple(bodies), point_w=point_w)

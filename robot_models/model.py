@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import mujoco
 
 CONTACT_NAMES = tuple(f"{side}_{edge}" for side in FEET for edge in ("heel", "toe"))
+_SEGMENT = {"hip": "thigh", "knee": "shin", "shoulder": "upper arm", "elbow": "forearm", "wrist": "hand"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,6 +76,17 @@ class RobotModel:
     def body(self, name: str) -> int:
         """Place of a body in every (.., B, ..) array."""
         return _place(name, self.body_names, f"robot '{self.name}', body")
+
+    def segment(self, body: str) -> str:
+        """What a person calls a body: `left forearm`, `pelvis`; that of its nearest parent, where no landmark stands on it."""
+        landmark_of = {
+            b: landmark for landmark, b in reversed(list(self.profile.landmarks.items()))
+        }  # torso before head
+        k = self.model.body(body).id
+        while k and self.model.body(k).name not in landmark_of:
+            k = int(self.model.body_parentid[k])
+        side, _, part = (landmark_of[self.model.body(k).name] if k else body).rpartition("_")
+        return " ".join(filter(None, (side, _SEGMENT.get(part, part))))
 
     def landmark(self, name: str) -> int:
         """Place of the body that a landmark (pelvis, left_knee, ...) stands on."""

@@ -1,14 +1,14 @@
-"""What a Rerun recording is made of: the one module that knows Rerun.
+"""What a Rerun recording is made of: with `blueprint` and `marks` the ones that know Rerun.
 
 Static things are logged once, whole series by column, on two timelines (frame, seconds). A camera frame follows the
-robot, the blueprint is made here, and a file is whole or absent.
+robot, and a file is whole or absent.
 """
 
 from __future__ import annotations
 
 import os
 import uuid
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ import numpy as np
 from numpy import ndarray
 
 from clips import PIVOTING, PLANTED, HumanClip, Reference, write_whole
-from retarget import Report, Retargeted
+from retarget import Retargeted
 from robot_models import FEET, Part, RobotModel, heel_toe_positions
 from robot_models.incoming import printable
 from robot_models.maths import rotation as rot
@@ -26,7 +26,7 @@ from robot_models.maths import smooth
 Log = Any  # rerun.RecordingStream
 SIDE_M = 1.1  # figures stand this far from each other
 _SLIDING = 0.03  # a planted edge faster than this is drawn red [m/s]
-_GREY, _GREEN, _ORANGE, _RED = (120, 125, 135, 255), (60, 190, 110, 255), (245, 170, 40, 255), (230, 55, 45, 255)
+_GREY, _GREEN, _ORANGE, RED = (120, 125, 135, 255), (60, 190, 110, 255), (245, 170, 40, 255), (230, 55, 45, 255)
 _SOURCE, _TARGET, GHOST = (90, 170, 255), (255, 205, 70), (120, 150, 190, 90)
 _SPACE = uuid.UUID("6ad2c0de-5b5e-4c5c-9d0a-0d3a2c1e77aa")
 
@@ -151,7 +151,7 @@ def draw_soles(log: Log, robot: RobotModel, reference: Reference, index: list[An
     colours = np.full((reference.frames, 4, 4), _GREY, dtype=np.uint8)
     colours[reference.contact == PLANTED] = _GREEN
     colours[reference.contact == PIVOTING] = _ORANGE
-    colours[(reference.contact == PLANTED) & (speed > _SLIDING)] = _RED
+    colours[(reference.contact == PLANTED) & (speed > _SLIDING)] = RED
     for k, side in enumerate(FEET):
         sole = robot.soles[side]
         middle = 0.5 * sum(sole.x)
@@ -204,7 +204,9 @@ def plot_curves(log: Log, root: str, series: Mapping[str, ndarray], index: list[
         table = values.reshape(len(values), -1)
         names = [name] if table.shape[1] == 1 else [f"{s} {e}" for s in FEET for e in ("heel", "toe")]
         entity = f"{root}/{slug(name)}"
-        log.log(entity, rr.SeriesLines(names=names, widths=[1.5] * len(names)), static=True)
+        log.log(
+            entity, rr.SeriesLines(names=names, widths=[1.5] * len(names), aggregation_policy="MinMax"), static=True
+        )
         log.send_columns(entity, index, rr.Scalars.columns(scalars=table.astype(np.float32)))
 
 
@@ -226,71 +228,23 @@ def markdown(text: str) -> Any:
     return rr.TextDocument(printable(text), media_type=rr.MediaType.MARKDOWN)
 
 
-def report_text(report: Report, sources: Sequence[HumanClip]) -> str:
-    """Gates, and what the reader found in each of the clips, as markdown."""
+def report_text(result: Retargeted) -> str:
+    """Gates, why they do not hold, and what the reader found in each of the clips, as markdown."""
+    report = result.report
     rows = [
         f"| {'' if m.limit is None else 'ok' if m.passed else '**FAIL**'} | {m.label} | {m.value:.4g} {m.unit} | "
         f"{'' if m.limit is None else f'{m.limit:.4g}'} |"
         for m in report.metrics
     ]
-    verdict = "All gates hold." if report.passed else "**Some gates fail.**"
+    missed = "\n".join(f"- **{d}**" for d in result.diagnoses)
+    verdict = "Every gate holds." if report.passed else f"Gates that are missed:\n{missed}"
     table = "\n".join(["| | measured | value | gate |", "|---|---|---|---|", *rows])
-    found = {s.source.file: f"{s.source.dialect}\n\n" + "\n".join(f"- {f}" for f in s.source.findings) for s in sources}
+    found = {
+        s.source.file: f"{s.source.dialect}\n\n" + "\n".join(f"- {f}" for f in s.source.findings)
+        for s in result.sources
+    }
     recognised = "\n\n".join(f"## Recognised: {file}\n{text}" for file, text in found.items())
     return f"# {', '.join(found)}\n{verdict}\n\n{table}\n\n{recognised}\n"
-
-
-def line_view(name: str, origin: str) -> Callable[[Any], Any]:
-    """A plot view, made when the blueprint is."""
-
-    def make(rrb: Any) -> Any:
-        # A single curve is named by its view; a legend would only cover it.
-        legend = rrb.PlotLegend(visible=name.startswith("slide"))
-        return rrb.TimeSeriesView(name=name, origin=f"/{origin}", plot_legend=legend)
-
-    return make
-
-
-def bar_view(name: str, origin: str) -> Callable[[Any], Any]:
-    """A bar chart, made when the blueprint is."""
-    return lambda rrb: rrb.BarChartView(name=name, origin=f"/{origin}", plot_legend=rrb.PlotLegend(visible=False))
-
-
-def send_blueprint(
-    log: Log,
-    plots: Sequence[Callable[[Any], Any]],
-    eye: tuple[float, float, float] = (2.5, -0.7, 1.25),
-    look: tuple[float, float, float] = (0.0, 0.5, 0.72),
-) -> None:
-    """What is seen when the recording is opened, without a click."""
-    import rerun.blueprint as rrb
-
-    view = rrb.Spatial3DView(
-        name="dance",
-        origin="/world/follow",
-        contents=["/world/**"],
-        background=rrb.Background(color=(24, 27, 33)),
-        line_grid=rrb.LineGrid3D(visible=False),
-        eye_controls=rrb.EyeControls3D(kind=rrb.Eye3DKind.Orbital, position=eye, look_target=look, eye_up=(0, 0, 1)),
-    )
-    side = rrb.Vertical(
-        *[p(rrb) for p in plots],
-        rrb.TextDocumentView(name="report", origin="/report"),
-        row_shares=[*([2] * len(plots)), max(4, len(plots))],
-    )
-    log.send_blueprint(
-        rrb.Blueprint(
-            rrb.Horizontal(view, side, column_shares=[3, 2]),
-            rrb.TopPanel(state="hidden"),
-            rrb.BlueprintPanel(state="hidden"),
-            rrb.SelectionPanel(state="hidden"),
-            rrb.TimePanel(state="collapsed", timeline="seconds", play_state="playing", loop_mode="all"),
-            auto_views=False,
-            auto_layout=False,
-        ),
-        make_active=True,
-        make_default=True,
-    )
 
 
 def slug(name: str) -> str:

@@ -10,6 +10,8 @@ import numpy as np
 from numpy import ndarray
 
 from cli.recordings import scene
+from cli.recordings.blueprint import bar_view, line_view, send_blueprint
+from cli.recordings.marks import mark_diagnoses
 from clips import HumanClip, Reference
 from retarget import Retargeted
 from robot_models import RobotModel, visual_parts
@@ -32,9 +34,10 @@ def save_retargeting(path: Path, result: Retargeted) -> None:
             scene.draw_source(log, source, dance.start)
         scene.draw_targets(log, result, reference.dance.start)
         scene.plot_curves(log, "plots/report", result.report.series, index)
-        log.log("report", scene.markdown(scene.report_text(result.report, result.sources)), static=True)
-        plots = [scene.line_view(name, f"plots/report/{scene.slug(name)}") for name in result.report.series]
-        scene.send_blueprint(log, plots)
+        log.log("report", scene.markdown(scene.report_text(result)), static=True)
+        marks = mark_diagnoses(log, result)
+        plots = [line_view(name, f"plots/report/{scene.slug(name)}") for name in result.report.series]
+        send_blueprint(log, [*marks, *plots], tall=len(marks))
 
 
 def save_rollouts(
@@ -76,13 +79,13 @@ def save_rollouts(
             error = 1e3 * np.linalg.norm(pos - reference.body_pos_w[meant], axis=-1).mean(axis=1)
             what = "distance from the ghost [mm]"
             scene.plot_curves(log, f"plots/{scene.slug(name)}", {what: error}, index)
-            plots.append(scene.line_view(f"{what}: {name}", f"plots/{scene.slug(name)}/{scene.slug(what)}"))
+            plots.append(line_view(f"{what}: {name}", f"plots/{scene.slug(name)}/{scene.slug(what)}"))
         scene.plot_learning(log, curves)
         log.log("report", scene.markdown(text), static=True)
-        plots += [scene.bar_view(f"{n} over million steps", f"plots/learning/{scene.slug(n)}") for n in curves]
+        plots += [bar_view(f"{n} over million steps", f"plots/learning/{scene.slug(n)}") for n in curves]
         middle = -0.5 * scene.SIDE_M * (len(rollouts) - 1)
         away = 2.5 + 0.6 * (len(rollouts) - 1)
-        scene.send_blueprint(log, plots, eye=(away, middle - 0.7, 0.5 * away), look=(0.0, middle, 0.72))
+        send_blueprint(log, plots, eye=(away, middle - 0.7, 0.5 * away), look=(0.0, middle, 0.72))
 
 
 def save_rehearsal(
@@ -108,9 +111,9 @@ def save_rehearsal(
         scene.move_robot(log, "world/robot", robot, pos, quat, index)
         scene.plot_curves(log, "plots/rehearsal", series, index)
         log.log("report", scene.markdown(text), static=True)
-        scene.send_blueprint(
+        send_blueprint(
             log,
-            [scene.line_view(name, f"plots/rehearsal/{scene.slug(name)}") for name in series],
+            [line_view(name, f"plots/rehearsal/{scene.slug(name)}") for name in series],
             look=(0.0, 0.0, 0.72),
         )
 
@@ -138,15 +141,13 @@ def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references
             series = measure(reference, robot, source, Gates()).series
             worst = series["slide of touching edges [m/s]"].max(axis=1)
             scene.plot_curves(log, f"plots/{scene.slug(name)}", {"slide": worst}, index)
-            plots.append(
-                scene.line_view(f"sliding of a touching edge [m/s]: {name}", f"plots/{scene.slug(name)}/slide")
-            )
+            plots.append(line_view(f"sliding of a touching edge [m/s]: {name}", f"plots/{scene.slug(name)}/slide"))
         log.log(
             "report",
             scene.markdown("Soles: green planted, orange pivoting, red sliding while the source's foot stands."),
             static=True,
         )
-        scene.send_blueprint(log, plots, eye=(4.2, -0.9, 1.6))
+        send_blueprint(log, plots, eye=(4.2, -0.9, 1.6))
 
 
 def save_evaluation(

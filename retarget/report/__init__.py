@@ -1,7 +1,8 @@
 """What was measured on a reference: numbers with units, gates that hold or not, and the moments that decide."""
 
+from retarget.report.diagnosis import Cure, Diagnosis, diagnose
 from retarget.report.feet import contact_labels
 from retarget.report.measure import measure
-from retarget.report.metric import Metric, Report
+from retarget.report.metric import Metric, Report, Where
 
-__all__ = ["Metric", "Report", "contact_labels", "measure"]
+__all__ = ["Cure", "Diagnosis", "Metric", "Report", "Where", "contact_labels", "diagnose", "measure"]

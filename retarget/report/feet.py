@@ -7,14 +7,14 @@ nothing a contact.
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
 from retarget.config import Gates, ReportConfig
-from retarget.report.metric import Metric
+from retarget.report.metric import Metric, Where
 from retarget.targets import foot_yaw_rate, heel_toe_points
-from robot_models import RobotModel, heel_toe_positions
+from robot_models import CONTACT_NAMES, RobotModel, heel_toe_positions
 from robot_models.maths import intervals_of
 
 _RULES = ReportConfig()
@@ -32,58 +32,95 @@ def contact_labels(source: HumanClip) -> tuple[Bool[ndarray, "T 4"], Bool[ndarra
     return in_contact, pivoting
 
 
-def feet(
+def measure_feet(
     reference: Reference, robot: RobotModel, source: HumanClip, gates: Gates
-) -> tuple[list[Metric], dict[str, ndarray]]:
+) -> tuple[list[Metric], Float[ndarray, "T 4"]]:
+    """Slides and heights of sole edges while the source's touch, and the edges' speeds over the floor meanwhile [m/s]."""
     in_contact, pivoting = contact_labels(source)
     edges = heel_toe_positions(robot, reference.body_pos_w, reference.body_quat_w)
+    first, fps = reference.dance.start, reference.fps
     dance = edges[reference.dance]
     still = in_contact & ~pivoting
-    steps = np.linalg.norm(np.diff(dance[..., :2], axis=0), axis=-1) * reference.fps
+    steps = np.linalg.norm(np.diff(dance[..., :2], axis=0), axis=-1) * fps
     inside = still[1:] & still[:-1]
-    slides = [
-        1e3 * float(np.linalg.norm(dance[a:b, k, :2] - dance[a, k, :2], axis=-1).max())
-        for k in range(4)
-        for a, b in intervals_of(still[:, k])
-    ]
+    touches = [(a, b, k) for k in range(4) for a, b in intervals_of(still[:, k])]
+    slides = [1e3 * float(np.linalg.norm(dance[a:b, k, :2] - dance[a, k, :2], axis=-1).max()) for a, b, k in touches]
     height = np.abs(dance[..., 2][in_contact])
     speed = np.full((reference.frames, 4), 0.0)
-    speed[reference.dance.start + 1 : reference.dance.stop] = np.where(inside, steps, 0.0)
+    speed[first + 1 : reference.dance.stop] = np.where(inside, steps, 0.0)
     metrics = [
         Metric(key=MetricKey.CONTACT_SPEED, value=100.0 * float(steps[inside].mean()) if inside.any() else 0.0,
                unit="cm/s", meaning="heel and toe edges while the source's touch and do not pivot"),
         Metric(key=MetricKey.SLIDE_MEAN, value=float(np.mean(slides)) if slides else 0.0, unit="mm",
                meaning="farthest from where the touch began"),
         Metric(key=MetricKey.SLIDE_WORST, value=max(slides, default=0.0), unit="mm", meaning="the same",
-               limit=gates.slide_mm),
+               limit=gates.slide_mm, where=_worst_slide(touches, slides, gates.slide_mm, first, dance, fps)),
         Metric(key=MetricKey.CONTACT_HEIGHT, value=1e3 * float(height.mean()) if height.size else 0.0, unit="mm",
                meaning="distance from the floor, pivots too"),
         Metric(key=MetricKey.CONTACT_SHARE, value=100.0 * float(in_contact.mean()), unit="%",
                meaning="of all edges and frames: how much the feet numbers rest on"),
     ]  # fmt: skip
-    return metrics, {"slide of touching edges [m/s]": speed}
+    return metrics, speed
 
 
-def flight(lowest: ndarray, dance: slice, source: HumanClip, gates: Gates) -> list[Metric]:
+def _worst_slide(
+    touches: list[tuple[int, int, int]],
+    slides: list[float],
+    limit: float,
+    first: int,
+    edges: Float[ndarray, "T 4 3"],
+    fps: float,
+) -> Where | None:
+    """Of touches (start, end, edge) in frames of the dance, and how far each slid [mm]; `first` is the dance's frame."""
+    if not slides:
+        return None
+    a, _, k = touches[int(np.argmax(slides))]
+    beyond = sorted((t[0], t[1] - 1) for t, slide in zip(touches, slides, strict=True) if slide > limit)
+    return Where(
+        at_s=(first + a) / fps,
+        parts=(CONTACT_NAMES[k].replace("_", " "),),
+        point_w=tuple(edges[a, k].tolist()),
+        stretches=tuple(((first + x) / fps, (first + y) / fps) for x, y in beyond),
+    )
+
+
+def measure_flight(lowest: Float[ndarray, "T"], reference: Reference, source: HumanClip, gates: Gates) -> list[Metric]:
+    """Frames in the air, of robot and source, and frames that nothing carries."""
     points = heel_toe_points(source)
     height, _ = heights_and_speeds(points, source.fps, own_floor(points))
-    source_share = 100.0 * float((height > _RULES.contact.height).all(axis=1).mean())
+    source_up, dance, fps = (height > _RULES.contact.height).all(axis=1), reference.dance, reference.fps
     up = lowest > _RULES.airborne_height
-    share, leads = 100.0 * float(up[dance].mean()), np.delete(up, np.arange(len(up))[dance])
+    share, source_share = 100.0 * float(up[dance].mean()), 100.0 * float(source_up.mean())
+    off, uncarried = np.zeros((2, len(up)), dtype=bool)
+    off[dance] = (up[dance] != source_up) & (up[dance] == (share > source_share))
+    upright, uncarried[dance] = _uncarried(source)
+    in_leads = np.zeros(len(up), dtype=bool)
+    for lead in reference.leads:
+        in_leads[lead] = up[lead]
     return [
         Metric(key=MetricKey.AIRBORNE, value=share, unit="%", meaning="lowest point over 2 cm up, dance only"),
         Metric(key=MetricKey.AIRBORNE_SOURCE, value=source_share, unit="%", meaning="toes and ankles over 4 cm up"),
         Metric(key=MetricKey.AIRBORNE_OFF_SOURCE, value=abs(share - source_share), unit="points",
-               meaning="jumps that were lost or made", limit=gates.airborne_points),
-        Metric(key=MetricKey.UNSUPPORTED, value=_unsupported(source), unit="%",
-               meaning="of the source's upright frames: feet that slide or hover", limit=gates.unsupported_percent),
-        Metric(key=MetricKey.HOVERING_LEADS, value=float(leads.sum()), unit="frames",
-               meaning="lowest point over 2 cm up in lead-in or lead-out", limit=gates.hovering_frames),
+               meaning="jumps that were lost or made", limit=gates.airborne_points, where=_longest(off, fps)),
+        Metric(key=MetricKey.UNSUPPORTED, value=100.0 * float(uncarried.sum()) / max(1.0, float(upright.sum())), unit="%",
+               meaning="of the source's upright frames: feet that slide or hover", limit=gates.unsupported_percent,
+               where=_longest(uncarried, fps)),
+        Metric(key=MetricKey.HOVERING_LEADS, value=float(in_leads.sum()), unit="frames",
+               meaning="lowest point over 2 cm up in lead-in or lead-out", limit=gates.hovering_frames,
+               where=_longest(in_leads, fps)),
     ]  # fmt: skip
 
 
-def _unsupported(source: HumanClip) -> float:
-    """Share of the upright frames in which neither a foot stands nor both are in a flight that gravity ends [%].
+def _longest(frames: Bool[ndarray, "T"], fps: float) -> Where | None:
+    """The stretches that have something, the longest of them the worst."""
+    stretches = tuple((a / fps, (b - 1) / fps) for a, b in intervals_of(frames))
+    if not stretches:
+        return None
+    return Where(at_s=max(stretches, key=lambda s: s[1] - s[0])[0], stretches=stretches)
+
+
+def _uncarried(source: HumanClip) -> tuple[Bool[ndarray, "T"], Bool[ndarray, "T"]]:
+    """The upright frames, and of these the ones in which neither a foot stands nor both are in a flight that gravity ends.
 
     A clip that skates, because its travel was lost or its feet float, cannot teach a robot to stand.
     """
@@ -93,6 +130,6 @@ def _unsupported(source: HumanClip) -> float:
     flying = np.asarray((height > _RULES.contact.height).all(axis=1))
     for a, b in intervals_of(flying):
         flying[a:b] = b - a <= _RULES.longest_flight_s * source.fps
-    upright = source.point("pelvis")[:, 2] - floor.min() > _RULES.upright * source.leg_length
+    upright = np.asarray(source.point("pelvis")[:, 2] - floor.min() > _RULES.upright * source.leg_length)
     carried = contact_labels(source)[0].any(axis=1) | flying
-    return 100.0 * float((upright & ~carried).sum()) / max(1.0, float(upright.sum()))
+    return upright, upright & ~carried

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-from jaxtyping import Float
 from numpy import ndarray
 
 from clips import HumanClip, MetricKey, Reference
 from clips.edit import new_times, sample
 from retarget.config import Gates, ReportConfig
 from retarget.dynamics import Dynamics
-from retarget.report.feet import feet, flight
-from retarget.report.metric import Metric, Report
+from retarget.report.feet import measure_feet, measure_flight
+from retarget.report.metric import Metric, Report, find_worst
 from retarget.targets import LIMBS
-from robot_models import RobotModel, lowest_point, self_collision_depth
+from robot_models import RobotModel, SelfCollisions, lowest_points, self_collisions
 from robot_models.maths import rotation as rot
 
 _RULES = ReportConfig()
+_BY_SIZE = ("hand", "forearm", "foot", "upper arm", "shin", "head", "thigh", "torso", "pelvis")
 
 
 def measure(
@@ -31,33 +33,71 @@ def measure(
         gates: what has to hold.
         dynamics: its rigid-body dynamics, to be reported too.
     """
-    lowest = lowest_point(robot, reference.body_pos_w, reference.body_quat_w)
-    overlap = self_collision_depth(robot, reference.qpos)
+    lowest = lowest_points(robot, reference.body_pos_w, reference.body_quat_w)
+    overlaps = self_collisions(robot, reference.qpos)
     joints = _joints(reference, robot, gates)
-    on_feet, feet_series = feet(reference, robot, source, gates)
-    in_air = flight(lowest, reference.dance, source, gates)
+    on_feet, slip_speed = measure_feet(reference, robot, source, gates)
+    in_air = measure_flight(lowest.min(axis=1), reference, source, gates)
     body = [
-        Metric(key=MetricKey.PENETRATION, value=1e3 * max(0.0, -float(lowest.min())), unit="mm",
-               meaning="soles and body primitives, all frames", limit=gates.penetration_mm),
-        Metric(key=MetricKey.FRAMES_UNDER_FLOOR, value=100.0 * float((lowest < -_RULES.under_floor).mean()), unit="%",
-               meaning="lowest point more than 2 mm under the floor"),
-        Metric(key=MetricKey.SELF_COLLISION, value=1e3 * float(overlap.max()), unit="mm",
-               meaning="overlap of two bodies' primitives", limit=gates.self_collision_mm),
-        Metric(key=MetricKey.FRAMES_SELF_COLLIDING, value=100.0 * float((overlap > _RULES.overlap).mean()), unit="%",
-               meaning="an overlap deeper than 5 mm"),
-        Metric(key=MetricKey.LIMB_DIRECTION_ERROR, value=_limb_error(reference, robot, source), unit="deg",
-               meaning="thighs, shins, upper arms, forearms against the source, world frame"),
-    ]  # fmt: skip
+        *_floor(lowest, reference.body_pos_w, reference.fps, robot, gates),
+        *_overlap(overlaps, reference.fps, robot, gates),
+    ]
+    limbs = Metric(
+        key=MetricKey.LIMB_DIRECTION_ERROR, value=_limb_error(reference, robot, source), unit="deg",
+        meaning="thighs, shins, upper arms, forearms against the source, world frame",
+    )  # fmt: skip
     series = {
-        "lowest point [m]": lowest,
-        "self-collision [m]": overlap,
+        "lowest point [m]": lowest.min(axis=1),
+        "self-collision [m]": overlaps.depth,
         "joint speed, share of the motor's": (np.abs(reference.joint_vel) / robot.velocity).max(axis=1),
-        **feet_series,
+        "slide of touching edges [m/s]": slip_speed,
     }
     physics = [] if dynamics is None else _physics(dynamics)
     if dynamics is not None:
         series["dynamics, 1 is impossible"] = np.minimum(dynamics.score, 4.0)
-    return Report(metrics=(*joints, *body, *on_feet, *in_air, *physics), series=series)
+    return Report(metrics=(*joints, *body, limbs, *on_feet, *in_air, *physics), series=series)
+
+
+def _floor(lowest: ndarray, body_pos_w: ndarray, fps: float, robot: RobotModel, gates: Gates) -> list[Metric]:
+    """How deep anything is under the floor; `lowest` (T, B)."""
+    depth = np.maximum(-lowest.min(axis=1), 0.0)
+
+    def body(t: int) -> tuple[str, ...]:
+        return (robot.segment(robot.body_names[int(lowest[t].argmin())]),)
+
+    t = int(depth.argmax())
+    point = body_pos_w[t, int(lowest[t].argmin())]
+    where = find_worst(1e3 * depth, gates.penetration_mm, fps, body)
+
+    return [
+        Metric(key=MetricKey.PENETRATION, value=1e3 * float(depth.max()), unit="mm",
+               meaning="soles and body primitives, all frames", limit=gates.penetration_mm,
+               where=replace(where, point_w=(float(point[0]), float(point[1]), float(lowest[t].min())))),
+        Metric(key=MetricKey.FRAMES_UNDER_FLOOR, value=100.0 * float((depth > _RULES.under_floor).mean()), unit="%",
+               meaning="lowest point more than 2 mm under the floor"),
+    ]  # fmt: skip
+
+
+def _size(segment: str) -> int:
+    """Small parts before large ones: a hand is in a thigh, and no thigh in a hand."""
+    return _BY_SIZE.index(part) if (part := segment.removeprefix("left ").removeprefix("right ")) in _BY_SIZE else 0
+
+
+def _overlap(found: SelfCollisions, fps: float, robot: RobotModel, gates: Gates) -> list[Metric]:
+    """How deep two bodies are in one another."""
+
+    def pair(t: int) -> tuple[str, ...]:
+        return tuple(sorted(map(robot.segment, found.bodies[t] or ()), key=_size))
+
+    where = find_worst(1e3 * found.depth, gates.self_collision_mm, fps, pair)
+    point_w = found.point_w[int(found.depth.argmax())].tolist() if where.parts else None
+    return [
+        Metric(key=MetricKey.SELF_COLLISION, value=1e3 * float(found.depth.max()), unit="mm",
+               meaning="overlap of two bodies' primitives", limit=gates.self_collision_mm,
+               where=replace(where, point_w=None if point_w is None else tuple(point_w))),
+        Metric(key=MetricKey.FRAMES_SELF_COLLIDING, value=100.0 * float((found.depth > _RULES.overlap).mean()),
+               unit="%", meaning="an overlap deeper than 5 mm"),
+    ]  # fmt: skip
 
 
 def _physics(dynamics: Dynamics) -> list[Metric]:
@@ -70,39 +110,29 @@ def _physics(dynamics: Dynamics) -> list[Metric]:
 
 
 def _joints(reference: Reference, robot: RobotModel, gates: Gates) -> list[Metric]:
-    q = reference.joint_pos
-    beyond = float(np.maximum(robot.lower - q, q - robot.upper).max())
-    speed = _Share(reference, robot.velocity, 1)
-    acceleration = _Share(reference, robot.acceleration, 2)
-    at_rate = sample(q, new_times(len(q), reference.fps, min(_RULES.rate, reference.fps)))
-    rate = min(_RULES.rate, reference.fps)
+    q, fps = reference.joint_pos, reference.fps
+    rate = min(_RULES.rate, fps)
+    at_rate = sample(q, new_times(len(q), fps, rate))
     d1, d2, d3 = (_derivative(at_rate, n, rate) for n in (1, 2, 3))
+    beyond = np.maximum(np.maximum(robot.lower - q, q - robot.upper), 0.0)
+
+    def gated(key: MetricKey, values: ndarray, limit: float, unit: str, meaning: str) -> Metric:
+        def joint(t: int) -> tuple[str, ...]:
+            return (robot.joint_names[int(values[t].argmax())],)
+
+        where = find_worst(values.max(axis=1), limit, fps, joint)
+        return Metric(key=key, value=float(values.max()), unit=unit, meaning=meaning, limit=limit, where=where)
+
     return [
-        Metric(key=MetricKey.POSITION_BEYOND_LIMITS, value=max(0.0, beyond), unit="rad", meaning="worst joint, all frames",
-               limit=gates.joint_limit_rad),
-        Metric(key=MetricKey.SPEED_SHARE, value=speed.most, unit="", meaning=speed.where(robot),
-               limit=gates.speed_share),
-        Metric(key=MetricKey.ACCELERATION_SHARE, value=acceleration.most, unit="",
-               meaning=acceleration.where(robot), limit=gates.acceleration_share),
+        gated(MetricKey.POSITION_BEYOND_LIMITS, beyond, gates.joint_limit_rad, "rad", "worst joint, all frames"),
+        gated(MetricKey.SPEED_SHARE, _derivative(q, 1, fps) / robot.velocity, gates.speed_share, "",
+              "worst joint, frame to frame"),
+        gated(MetricKey.ACCELERATION_SHARE, _derivative(q, 2, fps) / robot.acceleration, gates.acceleration_share, "",
+              "worst joint, frame to frame"),
         Metric(key=MetricKey.SPEED_MAX, value=float(d1.max()), unit="rad/s", meaning=f"at {rate:g} Hz"),
         Metric(key=MetricKey.ACCELERATION_P95, value=float(np.percentile(d2, 95)), unit="rad/s2", meaning=f"at {rate:g} Hz"),
         Metric(key=MetricKey.JERK_P95, value=float(np.percentile(d3, 95)), unit="rad/s3", meaning=f"at {rate:g} Hz"),
     ]  # fmt: skip
-
-
-class _Share:
-    """A time difference of the joints as a share of the motors' limits, frame to frame."""
-
-    def __init__(self, reference: Reference, limit: Float[ndarray, "J"], order: int) -> None:
-        self._fps = reference.fps
-        self._share = _derivative(reference.joint_pos, order, reference.fps) / limit
-        self.most = float(self._share.max())
-
-    def where(self, robot: RobotModel) -> str:
-        """The worst place, and how many frames are beyond."""
-        t, j = np.unravel_index(int(self._share.argmax()), self._share.shape)
-        beyond = int((self._share > 1.0 + _RULES.rounding).any(axis=1).sum())
-        return f"worst at {t / self._fps:.2f} s: {robot.joint_names[j]}" + f"; {beyond} frames beyond" * (beyond > 0)
 
 
 def _derivative(x: ndarray, order: int, rate: float) -> ndarray:

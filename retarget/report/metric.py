@@ -2,13 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 from jaxtyping import Float
 from numpy import ndarray
 
 from clips import MetricKey
+from robot_models.maths import intervals_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Where:
+    """Where a gated number comes from: seconds of the reference, parts of the robot."""
+
+    at_s: float  # the worst of it
+    parts: tuple[str, ...] = ()  # bodies, joints or sole edges, as a person calls them
+    stretches: tuple[tuple[float, float], ...] = ()  # everything beyond the gate, in order of time
+    point_w: tuple[float, float, float] | None = None  # of the worst [m]
+
+    def later(self, seconds: float) -> Where:
+        """The same in a reference that begins so much earlier."""
+        stretches = tuple((a + seconds, b + seconds) for a, b in self.stretches)
+        return replace(self, at_s=self.at_s + seconds, stretches=stretches)
+
+
+def find_worst(
+    values: Float[ndarray, "T"], limit: float, fps: float, parts: Callable[[int], tuple[str, ...]] = lambda _: ()
+) -> Where:
+    """Where values are largest, and every stretch of frames that has them above a limit.
+
+    Args:
+        values: larger is worse, from the first frame of the reference on.
+        limit: the gate.
+        fps: of the frames.
+        parts: of the robot, that a frame is about.
+    """
+    t = int(values.argmax())
+    stretches = tuple((a / fps, (b - 1) / fps) for a, b in intervals_of(values > limit))
+    return Where(at_s=t / fps, parts=parts(t), stretches=stretches)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,6 +52,7 @@ class Metric:
     unit: str
     meaning: str
     limit: float | None = None
+    where: Where | None = None  # of one with a gate
 
     @property
     def label(self) -> str:

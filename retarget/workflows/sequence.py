@@ -217,5 +217,6 @@ def _worst(
         )
         for metric in measure(alone, robot, source, config.gates).metrics:
             if metric.worse_than(worst[metric.key]):
-                worst[metric.key] = metric
+                where = None if metric.where is None else metric.where.later(a / config.fps)
+                worst[metric.key] = replace(metric, where=where)
     return Report(metrics=tuple(worst.values()), series=whole.series)

@@ -54,7 +54,7 @@ def test_retarget_writes_reference_and_recording(tmp_path, capsys):
     said = capsys.readouterr().out
     assert code == 0, said
     assert out.exists() and out.with_suffix(".rrd").stat().st_size > 100_000
-    assert "all gates hold" in said and str(out) in said
+    assert "every gate holds" in said and str(out) in said
     assert {p.suffix for p in tmp_path.iterdir()} == {".npz", ".rrd"}
 
 

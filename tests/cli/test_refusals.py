@@ -11,8 +11,9 @@ from rich.console import Console
 
 from cli.options import FileOptions
 from cli.progress import progress
-from cli.report_table import print_report
+from cli.report_table import report_table
 from cli.terminal import BELOW_GATE, DONE, REFUSED, command, complain, flag, option_names
+from cli.typed import remember
 from clips import MetricKey, ReadOptions
 from clips.identify.mapping import UnknownSkeletonError
 from retarget import Report
@@ -20,6 +21,11 @@ from retarget.report import Metric
 from robot_models import DanceError
 
 OPTIONS = option_names(FileOptions)
+
+
+def complained(error, words):
+    remember("dance-test", words)
+    complain(error, OPTIONS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,24 +135,24 @@ def test_the_line_to_type_keeps_every_word_and_has_the_option_once_with_its_new_
 
 def test_words_with_spaces_come_back_quoted(capsys):
     words = ["my clip.csv", "-o", "it's here.npz"]
-    complain(DanceError("a", found="b", expected="c", option="fps", suggestion="30"), "dance-test", words, OPTIONS)
+    complained(DanceError("a", found="b", expected="c", option="fps", suggestion="30"), words)
     line = capsys.readouterr().err.splitlines()[1]
     assert shlex.split(line)[2:] == [*words, "--fps", "30"]
 
 
 def test_a_suggestion_with_spaces_comes_quoted_too(capsys):
     error = UnknownSkeletonError("my dance.bvh", ["a"], ["left_hip"], {})
-    complain(error, "dance-test", ["my dance.bvh"], OPTIONS)
+    complained(error, ["my dance.bvh"])
     assert shlex.split(capsys.readouterr().err.splitlines()[1])[-2:] == ["--mapping", "my dance.mapping.toml"]
 
 
 def test_an_option_without_a_value_to_propose_is_pointed_at(capsys):
-    complain(DanceError("a", found="b", expected="c", option="quat_order"), "dance-test", ["x"], OPTIONS)
+    complained(DanceError("a", found="b", expected="c", option="quat_order"), ["x"])
     assert capsys.readouterr().err.splitlines()[1] == "see: dance-test --help, --quat-order"
 
 
 def test_brackets_in_a_refusal_are_text_and_no_markup(capsys):
-    complain(DanceError("a[red].csv", found="[bold]", expected="pip install 'x[y]'"), "dance-test", [], OPTIONS)
+    complained(DanceError("a[red].csv", found="[bold]", expected="pip install 'x[y]'"), [])
     assert "a[red].csv: found [bold], expected pip install 'x[y]'" in capsys.readouterr().err
 
 
@@ -188,7 +194,7 @@ def test_a_report_marks_gates_that_hold_and_that_do_not_and_no_others(capsys):
 
     good, bad, told = MetricKey.PENETRATION, MetricKey.SELF_COLLISION, MetricKey.AIRBORNE
     report = Report(metrics=(metric(good, 1.0, 2.0), metric(bad, 3.0, 2.0), metric(told, 4.0, None)), series={})
-    print_report(report, Console(width=100))
+    Console(width=100).print(report_table(report))
     rows = {line.split(" mm")[0].strip(): line for line in capsys.readouterr().out.splitlines()[1:]}
     assert [line.split()[0] for line in rows.values()] == ["ok", "FAIL", "airborne"]
 

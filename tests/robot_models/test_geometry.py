@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from robot_models import forward_kinematics, load_robot, sole_corners
-from robot_models.geometry import body_geoms, lowest_point, self_collision_depth
+from robot_models.geometry import body_geoms, lowest_point, self_collisions
 from robot_models.maths import rotation as rot
 
 
@@ -26,8 +26,8 @@ def test_lowest_point_agrees_with_sampled_geometry(rng):
 
 def test_a_hand_in_the_chest_is_seen_and_a_free_pose_is_not(dancer):
     pose = dancer.default_qpos.copy()
-    assert self_collision_depth(dancer, pose[None])[0] == 0.0
+    assert self_collisions(dancer, pose[None]).depth[0] == 0.0
     pose[7 + dancer.joint("left_shoulder_pitch")] = -0.3
     pose[7 + dancer.joint("left_shoulder_yaw")] = -1.5
     pose[7 + dancer.joint("left_elbow")] = -1.9
-    assert self_collision_depth(dancer, pose[None])[0] > 0.02
+    assert self_collisions(dancer, pose[None]).depth[0] > 0.02

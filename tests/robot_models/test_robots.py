@@ -16,7 +16,7 @@ from robot_models import (
     robot_names,
     sole_corners,
 )
-from robot_models.geometry import lowest_point, self_collision_depth
+from robot_models.geometry import lowest_point, self_collisions
 from robot_models.maths import rotation as rot
 from robot_models.profile import PROFILES, expand_patterns, read_profile
 
@@ -119,7 +119,7 @@ def test_the_default_pose_stands_on_its_soles_and_touches_nothing_else(name):
     corners = sole_corners(robot, pos, quat)
     assert np.abs(corners[..., 2]).max() < 2e-3  # both soles flat
     assert abs(lowest_point(robot, pos, quat)[0]) < 2e-3
-    assert self_collision_depth(robot, robot.default_qpos[None])[0] == 0.0
+    assert self_collisions(robot, robot.default_qpos[None]).depth[0] == 0.0
 
 
 @pytest.mark.parametrize("name", ROBOTS)

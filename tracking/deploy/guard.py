@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models import self_collision_depth
+from robot_models import self_collisions
 from robot_models.maths import rotation as rot
 from tracking.deploy.messages import Command, State
 from tracking.deploy.robot_limits import RobotLimits
@@ -184,7 +184,7 @@ class Guard:
         robot = self.limits.robot
         pose = robot.default_qpos.copy()
         pose[7:] = np.clip(command.target, robot.lower, robot.upper)
-        return float(self_collision_depth(robot, pose[None])[0])
+        return float(self_collisions(robot, pose[None]).depth[0])
 
     def _held(self, name: str, wrong: bool, now: float, seconds: float) -> bool:
         """Whether something has been wrong at every look for so long."""

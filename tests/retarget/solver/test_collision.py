@@ -8,7 +8,7 @@ from derivatives import TOLERANCE, assert_derivatives, central, random_poses, sp
 
 from retarget.solver.collision import WORLD, Clearance, Places, Proximity, low_soles, too_near
 from robot_models import load_robot
-from robot_models.geometry import body_geoms, self_collision_depth
+from robot_models.geometry import body_geoms, self_collisions
 from robot_models.jacobians import ancestors, integrate, kinematics
 from robot_models.maths import rotation as rot
 
@@ -167,7 +167,7 @@ def test_the_deepest_overlap_is_that_of_the_report_and_normals_lead_from_first_t
     qpos[:, 2] = 5.0  # far from the floor
     places = Proximity(robot, 0.01)(qpos)
     deepest = [-places.gap[places.frame == t].min(initial=0.0) for t in range(6)]
-    np.testing.assert_allclose(deepest, self_collision_depth(robot, qpos), atol=1e-12)
+    np.testing.assert_allclose(deepest, self_collisions(robot, qpos).depth, atol=1e-12)
     assert max(deepest) > 0.02
     np.testing.assert_allclose(np.linalg.norm(places.normal, axis=1), 1.0, atol=1e-9)
 

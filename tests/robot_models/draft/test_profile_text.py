@@ -45,10 +45,10 @@ def test_a_draft_finds_what_the_profile_made_by_hand_says(tmp_path, name):
 
 
 def test_what_was_drafted_does_not_touch_itself_where_it_stands(tmp_path):
-    from robot_models.geometry import self_collision_depth
+    from robot_models.geometry import self_collisions
 
     robot, _ = added(ASSETS / "dancer.xml", tmp_path / "r.toml")
-    assert self_collision_depth(robot, robot.default_qpos[None])[0] == 0.0
+    assert self_collisions(robot, robot.default_qpos[None]).depth[0] == 0.0
 
 
 def changed(tmp_path, *changes):

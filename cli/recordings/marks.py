@@ -1,0 +1,103 @@
+"""Gates that do not hold, in a recording: red in the scene, a lane over time, a list whose times can be clicked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from cli.recordings.scene import RED, Log, slug, timelines
+from clips import MetricKey, Reference
+from retarget import Diagnosis, Retargeted
+from robot_models import self_collisions
+from robot_models.incoming import printable
+
+_GREEN = (60, 190, 110, 255)
+_AROUND_S = 0.5  # of a moment without a stretch, that is marked
+_MISSED = "missed"
+
+
+def mark_diagnoses(log: Log, result: Retargeted) -> list[Callable[[Any], Any]]:
+    """Mark every gate that does not hold; returns its views, none where all hold."""
+    found = result.diagnoses
+    if not found:
+        return []
+    reference = result.reference
+    for diagnosis in found:
+        _draw_lane(log, diagnosis, reference)
+        for points, index in _places(diagnosis, result):
+            _draw_spot(log, slug(diagnosis.metric.label), points, index)
+    _list_moments(log, found, reference.fps)
+    return [_lanes, _bookmarks]
+
+
+def _draw_lane(log: Log, diagnosis: Diagnosis, reference: Reference) -> None:
+    """A lane that is red while the gate is missed."""
+    import rerun as rr
+
+    entity = f"gates/{slug(diagnosis.metric.label)}"
+    log.log(entity, rr.StateConfiguration(values=[_MISSED, "holds"], colors=[RED, _GREEN]), static=True)
+    changes = {0: "holds"}
+    for a, b in _stretches(diagnosis):
+        changes |= {round(a * reference.fps): _MISSED, round(b * reference.fps) + 1: "holds"}
+    frames = np.array([t for t in changes if t < reference.frames])
+    states = [changes[t] for t in frames.tolist()]
+    log.send_columns(entity, timelines(frames, reference.fps), rr.StateChange.columns(state=states))
+
+
+def _stretches(diagnosis: Diagnosis) -> Sequence[tuple[float, float]]:
+    where = diagnosis.metric.where
+    if where is None:
+        return ()
+    return where.stretches or ((max(0.0, where.at_s - _AROUND_S), where.at_s + _AROUND_S),)
+
+
+def _places(diagnosis: Diagnosis, result: Retargeted) -> list[tuple[list[ndarray], list[Any]]]:
+    """Points of every frame that shall be red, with the times of these frames."""
+    reference, where = result.reference, diagnosis.metric.where
+    if where is None:
+        return []
+    seconds = np.arange(reference.frames) / reference.fps
+    inside = np.zeros(reference.frames, dtype=bool)
+    for a, b in _stretches(diagnosis):
+        inside |= (seconds > a - 1e-6) & (seconds < b + 1e-6)
+    if diagnosis.metric.key is MetricKey.SELF_COLLISION:
+        points = self_collisions(result.robot, reference.qpos).point_w
+    elif where.point_w is not None:
+        points = np.tile(where.point_w, (reference.frames, 1))
+    else:
+        return []
+    shown = [
+        points[t : t + 1] if inside[t] and np.isfinite(points[t]).all() else points[:0] for t in range(len(points))
+    ]
+    return [(shown, timelines(np.arange(reference.frames), reference.fps))]
+
+
+def _draw_spot(log: Log, name: str, points: list[ndarray], index: list[Any]) -> None:
+    """A red ball where something is wrong, in the frames in which it is."""
+    import rerun as rr
+
+    entity = f"world/wrong/{name}"
+    log.log(entity, rr.Points3D.from_fields(radii=[0.1], colors=[RED]), static=True)
+    columns = rr.Points3D.columns(positions=np.concatenate(points).astype(np.float32))
+    log.send_columns(entity, index, columns.partition([len(p) for p in points]))
+
+
+def _list_moments(log: Log, found: Sequence[Diagnosis], fps: float) -> None:
+    """One line per gate at its worst moment: a click on its time goes there."""
+    import rerun as rr
+
+    moments = sorted((d.metric.where.at_s if d.metric.where else 0.0, str(d)) for d in found)
+    frames = np.array([round(at_s * fps) for at_s, _ in moments])
+    columns = rr.TextLog.columns(text=[printable(text) for _, text in moments], level=["ERROR"] * len(moments))
+    log.send_columns("bookmarks", timelines(frames, fps), columns)
+
+
+def _lanes(rrb: Any) -> Any:
+    return rrb.StateTimelineView(name="gates that are missed", origin="/gates")
+
+
+def _bookmarks(rrb: Any) -> Any:
+    return rrb.TextLogView(name="worst moments: click on a time", origin="/bookmarks")

@@ -1,0 +1,47 @@
+"""The command as it was typed, to be proposed again with something changed."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from contextvars import ContextVar
+
+_TYPED: ContextVar[tuple[str, tuple[str, ...]]] = ContextVar("typed", default=("", ()))
+
+
+def remember(name: str, words: Sequence[str]) -> None:
+    """Keep the name of a command and the words after it."""
+    _TYPED.set((name, tuple(words)))
+
+
+def typed_name() -> str:
+    """The name of the command."""
+    return _TYPED.get()[0]
+
+
+def again(changes: Mapping[str, str]) -> str:
+    """The command that was typed with some options given anew.
+
+    Args:
+        changes: flag -> what follows it, as typed: nothing for a switch.
+    """
+    name, words = _TYPED.get()
+    left = list(words)
+    for given, value in changes.items():
+        left = without(left, given, len(shlex.split(value)))
+    return " ".join(
+        filter(None, (name, shlex.join(left), *(f"{given} {value}".rstrip() for given, value in changes.items())))
+    )
+
+
+def without(words: Sequence[str], given: str, values: int = 1) -> list[str]:
+    """Words without an option and what follows it: so many words, or more up to the next option where it takes several."""
+    words = [word for word in words if not word.startswith(f"{given}=")]
+    if given not in words:
+        return words
+    at = words.index(given)
+    end = at + 1 + values
+    if values > 1:  # it takes several: all up to the next option
+        while end < len(words) and not words[end].startswith("-"):
+            end += 1
+    return words[:at] + words[end:]
