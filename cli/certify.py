@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from cli.console import console as make_console
-from cli.options import ClipPath
-from cli.progress import progress
-from cli.terminal import BELOW_GATE, DONE, GATE, command, write_text
+from cli.shell import BELOW_GATE, DONE, GATE, ClipPath, command, make_console, progress, write_text
 from tracking import TrackingError
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from cli.console import console as make_console
-from cli.options import ClipPath, FileOptions, Out
-from cli.terminal import DONE, command
+from cli.shell import DONE, ClipPath, FileOptions, Out, command, make_console
 from clips import LAYOUTS, ClipError, RobotClip, read_back, read_clip, write_motion
 from robot_models import load_robot
 

@@ -10,11 +10,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cli.console import Background
-from cli.console import console as make_console
-from cli.deploy_arguments import Arguments, check
-from cli.deploy_checks import checked
-from cli.terminal import BELOW_GATE, DONE, command
+from cli.deploying import Arguments, check, checked
+from cli.shell import BELOW_GATE, DONE, Background, command, make_console
 from clips import write_whole
 
 if TYPE_CHECKING:

@@ -12,9 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from rich.table import Table
 from rich.text import Text
 
-from cli.console import console as make_console
-from cli.extras import PARTS
-from cli.terminal import BELOW_GATE, DONE, command
+from cli.shell import BELOW_GATE, DONE, PARTS, command, make_console
 from robot_models import DanceError, import_or_refuse
 
 

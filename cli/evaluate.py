@@ -10,12 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from cli.console import console as make_console
-from cli.evaluate_arguments import Arguments
-from cli.evaluate_sweep import run_sweep
-from cli.evaluation_tables import brief, grid, rows_of, side_by_side
-from cli.progress import progress
-from cli.terminal import BELOW_GATE, DONE, GATE, command, write_text
+from cli.evaluating import Arguments, brief, grid, rows_of, run_sweep, side_by_side
+from cli.shell import BELOW_GATE, DONE, GATE, command, make_console, progress, write_text
 from tracking import TrackingError
 
 if TYPE_CHECKING:

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cli.console import console as make_console
-from cli.options import ClipPath, Out
-from cli.terminal import DONE, command
+from cli.shell import DONE, ClipPath, Out, command, make_console
 from clips import folder_aside
 from tracking import TrackingError
 

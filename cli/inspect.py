@@ -7,9 +7,7 @@ from dataclasses import dataclass, field, replace
 from rich.console import Console
 from rich.table import Table
 
-from cli.console import console as make_console
-from cli.options import ClipPath, FileOptions
-from cli.terminal import DONE, command, flag
+from cli.shell import DONE, ClipPath, FileOptions, command, flag, make_console
 from clips import OPTIONAL, REQUIRED, Clip, ClipError, HumanClip, read_clip, repair
 from clips.checks import CHECKS
 

@@ -7,10 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cli.console import console as make_console
-from cli.options import ClipPath
-from cli.progress import progress
-from cli.terminal import BELOW_GATE, DONE, command
+from cli.shell import BELOW_GATE, DONE, ClipPath, command, make_console, progress
 from clips import OutputError
 
 if TYPE_CHECKING:

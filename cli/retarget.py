@@ -5,13 +5,8 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from cli.batch import is_batch, retarget_all
-from cli.progress import progress
-from cli.report_table import report_table
-from cli.retarget_arguments import Arguments, check_one
-from cli.retarget_verdict import Danced, details_of, verdict_of
-from cli.telling import tell
-from cli.terminal import command
+from cli.retargeting import Arguments, Danced, check_one, details_of, is_batch, report_table, retarget_all, verdict_of
+from cli.shell import command, progress, tell
 from clips import at_speed, cut, read_clip, repair, save_reference
 from retarget import (
     Retargeted,

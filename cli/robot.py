@@ -9,10 +9,9 @@ from rich.console import Console
 from rich.table import Table
 
 import clips.samples
-from cli.console import console as make_console
-from cli.report_table import report_table
+from cli.retargeting import report_table
 from cli.robot_arguments import Add, Arguments, Check
-from cli.terminal import BELOW_GATE, DONE, command
+from cli.shell import BELOW_GATE, DONE, command, make_console
 from clips import OutputError, cut, read_clip, write_whole
 from retarget.workflows import check_robot
 from robot_models import RobotModel, find_profile, installed, load_robot, robot_names

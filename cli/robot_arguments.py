@@ -7,7 +7,7 @@ from typing import Annotated
 
 import tyro
 
-from cli.options import ClipPath, Out
+from cli.shell import ClipPath, Out
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,11 +8,8 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from cli.console import console as make_console
-from cli.progress import progress
-from cli.terminal import BELOW_GATE, DONE, GATE, REFUSED, command
-from cli.train_arguments import Arguments
-from cli.training_summary import print_check, print_plan, print_run, print_tracker
+from cli.shell import BELOW_GATE, DONE, GATE, REFUSED, command, make_console, progress
+from cli.training import Arguments, print_check, print_plan, print_run, print_tracker
 from robot_models.maths import silent
 from tracking import TrackingError
 

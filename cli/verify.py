@@ -7,9 +7,7 @@ import importlib.util
 from dataclasses import dataclass
 from pathlib import Path
 
-from cli.console import console as make_console
-from cli.options import ClipPath
-from cli.terminal import BELOW_GATE, DONE, command
+from cli.shell import BELOW_GATE, DONE, ClipPath, command, make_console
 from clips import Reference, load_reference
 from robot_models import RobotModel, load_robot
 

@@ -26,7 +26,7 @@ def newest_section(log: str) -> tuple[str, str]:
 
 def surface() -> list[str]:
     """Commands with their options, names that the packages export, keys of the report: one thing a line."""
-    from cli.terminal import option_names
+    from cli.shell.terminal import option_names
     from clips import MetricKey
 
     scripts = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]

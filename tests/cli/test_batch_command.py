@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-import cli.batch
-from cli.batch import is_batch
+import cli.retargeting.batch
 from cli.retarget import main
+from cli.retargeting.batch import is_batch
 from retarget.workflows.batch import Outcome
 
 
@@ -32,7 +32,7 @@ def verdicts(monkeypatch):
             for job, verdict in zip(jobs[::-1], said, strict=True):  # not in the order of the jobs
                 yield Outcome(clip=str(job.clip), robot=job.robot, key="k", verdict=verdict, **more)
 
-        monkeypatch.setattr(cli.batch, "_outcomes", outcomes)
+        monkeypatch.setattr(cli.retargeting.batch, "_outcomes", outcomes)
         return seen
 
     return give

@@ -104,7 +104,7 @@ def test_a_refused_file_costs_two_lines_exit_code_2_and_no_output(tmp_path, caps
 def test_a_reference_below_the_gate_is_exit_code_1(tmp_path, monkeypatch):
     from retarget import Gates, RetargetConfig
 
-    monkeypatch.setattr("cli.retarget_arguments.RetargetConfig", lambda: RetargetConfig(gates=Gates(slide_mm=0.0)))
+    monkeypatch.setattr("cli.retargeting.arguments.RetargetConfig", lambda: RetargetConfig(gates=Gates(slide_mm=0.0)))
     words = [str(SAMPLES / "groove.csv"), "-o", str(tmp_path / "o.npz"), "--end", "1.5", "--no-recording"]
     assert COMMANDS["dance-retarget"](words) == 1
 

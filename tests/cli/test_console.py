@@ -9,7 +9,7 @@ from conftest import ROOT, SAMPLES
 from rich.table import Table
 from rich.text import Text
 
-from cli.console import console
+from cli.shell.console import make_console
 
 NAMES = [
     "a\x1b[2Jb", "right\u202eleft", "bell\x07", "back\x08", "[red]x[/]", "[/x]", "[link=x]y", ":smile:", "\x9b1m",
@@ -19,7 +19,7 @@ NAMES = [
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_name_is_printed_and_does_nothing(name, capsys):
-    screen = console()
+    screen = make_console()
     screen.print(f"wrote {name}")
     table = Table(box=None)
     table.add_column("name", no_wrap=True)
@@ -34,7 +34,7 @@ def test_a_name_is_printed_and_does_nothing(name, capsys):
 
 
 def test_styles_of_our_own_are_styles_still(capsys):
-    screen = console(force_terminal=True)
+    screen = make_console(force_terminal=True)
     screen.print(Text("ok", style="green"), "good", style="bold")
     assert "\x1b[" in capsys.readouterr().out
 

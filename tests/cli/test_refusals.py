@@ -9,11 +9,11 @@ import pytest
 import tyro
 from rich.console import Console
 
-from cli.options import FileOptions
-from cli.progress import progress
-from cli.report_table import report_table
-from cli.terminal import BELOW_GATE, DONE, REFUSED, command, complain, flag, option_names
-from cli.typed import remember
+from cli.retargeting.report_table import report_table
+from cli.shell.options import FileOptions
+from cli.shell.progress_bar import progress
+from cli.shell.terminal import BELOW_GATE, DONE, REFUSED, command, complain, flag, option_names
+from cli.shell.typed import remember
 from clips import MetricKey, ReadOptions
 from clips.identify.mapping import UnknownSkeletonError
 from retarget import Report
@@ -174,7 +174,7 @@ def test_an_unknown_skeleton_leaves_a_draft_to_confirm_and_never_writes_over_one
 
 def test_a_log_is_told_a_line_a_quarter_of_a_minute_and_each_stage_by_itself(monkeypatch, capsys):
     now = [0.0]
-    monkeypatch.setattr("cli.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("cli.shell.progress_bar.time.monotonic", lambda: now[0])
     with progress("frames") as tell:
         for stage in ("first", "second"):
             for done in range(0, 101, 10):

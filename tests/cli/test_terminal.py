@@ -7,8 +7,8 @@ from typing import Annotated
 import pytest
 import tyro
 
-from cli.options import FileOptions
-from cli.terminal import command, option_names
+from cli.shell.options import FileOptions
+from cli.shell.terminal import command, option_names
 from robot_models import DanceError
 
 

@@ -6,7 +6,7 @@ import sys
 import pytest
 from conftest import ROOT
 
-from cli.extras import refusal_of
+from cli.shell.extras import refusal_of
 
 AWAY = """
 import importlib, sys

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from cli.options import Out
+from cli.shell import Out
 from tracking import TrainConfig
 
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from cli.options import ClipPath, FileOptions, Out
-from cli.telling import TellOptions
+from cli.shell import ClipPath, FileOptions, Out, TellOptions
 from clips import OutputError
 from retarget import RetargetConfig, RetargetError
 from robot_models import DEFAULT_ROBOT

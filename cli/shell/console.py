@@ -36,7 +36,7 @@ class _Console(Console):
             os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
 
 
-def console(*, stderr: bool = False, **options: Any) -> Console:
+def make_console(*, stderr: bool = False, **options: Any) -> Console:
     """A console of this project; a line's style is asked for by `style`, a cell's by `Text`."""
     return _Console(
         stderr=stderr, **({"highlight": False, "soft_wrap": True, "emoji": False, "markup": False} | options)

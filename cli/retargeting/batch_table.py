@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from cli.console import console as make_console
+from cli.shell import make_console
 from clips import MetricKey
 from retarget.workflows import Outcome
 

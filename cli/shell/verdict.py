@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cli.terminal import BELOW_GATE, DONE
+from cli.shell.terminal import BELOW_GATE, DONE
 
 
 @dataclass(frozen=True, kw_only=True)

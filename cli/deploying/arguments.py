@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from cli.options import ClipPath
+from cli.shell import ClipPath
 from tracking import TrackingError
 
 _LONGEST = 600.0  # of a stand [s]

@@ -7,12 +7,9 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from cli.batch_table import print_outcomes
-from cli.console import console as make_console
-from cli.interrupts import interrupted_by_signals
-from cli.progress import progress
-from cli.retarget_arguments import Arguments
-from cli.terminal import BELOW_GATE, DONE, REFUSED
+from cli.retargeting.arguments import Arguments
+from cli.retargeting.batch_table import print_outcomes
+from cli.shell import BELOW_GATE, DONE, REFUSED, interrupted_by_signals, make_console, progress
 from clips import ClipError, OutputError, write_whole
 from retarget import RetargetError
 from retarget.workflows import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows

@@ -6,10 +6,9 @@ import json
 
 from rich.console import Console
 
-from cli.evaluate_arguments import Arguments
-from cli.evaluation_tables import brief, grid
-from cli.progress import progress
-from cli.terminal import BELOW_GATE, DONE, GATE, write_text
+from cli.evaluating.arguments import Arguments
+from cli.evaluating.tables import brief, grid
+from cli.shell import BELOW_GATE, DONE, GATE, progress, write_text
 
 
 def run_sweep(args: Arguments, engines: tuple[str, ...], console: Console) -> int:

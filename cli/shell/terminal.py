@@ -17,10 +17,9 @@ from typing import Any, TypeVar, get_args, get_type_hints
 import tyro
 from rich.console import Console
 
-from cli.console import as_any_terminal_can
-from cli.console import console as make_console
-from cli.extras import refusal_of
-from cli.typed import again, remember, typed_name
+from cli.shell.console import as_any_terminal_can, make_console
+from cli.shell.extras import refusal_of
+from cli.shell.typed import again, remember, typed_name
 from clips import write_whole
 from clips.identify import MappingNeededError
 from robot_models import DanceError, __version__

@@ -10,7 +10,7 @@ from typing import Any
 
 from rich import progress as rich_progress
 
-from cli.console import console as make_console
+from cli.shell.console import make_console
 from robot_models.maths import Progress
 
 _QUIET_S = 15.0  # between two lines of progress in a log

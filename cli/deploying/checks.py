@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cli.deploy_arguments import Arguments
-from cli.terminal import GATE
+from cli.deploying.arguments import Arguments
+from cli.shell import GATE
 from tracking import TrackingError
 
 if TYPE_CHECKING:

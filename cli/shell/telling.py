@@ -11,8 +11,8 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from cli.console import console as make_console
-from cli.verdict import Verdict
+from cli.shell.console import make_console
+from cli.shell.verdict import Verdict
 from clips import write_whole
 
 _STDOUT = Path("-")

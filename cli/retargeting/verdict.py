@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from cli.retarget_arguments import Arguments
-from cli.terminal import flag
-from cli.typed import again
-from cli.verdict import Trouble, Verdict
+from cli.retargeting.arguments import Arguments
+from cli.shell import Trouble, Verdict, again, flag
 from clips import Clip, MetricKey
 from clips.checks import doubts
 from retarget import Cure, Diagnosis, Report, Retargeted, Transition, flight_fit, hardest_stretches

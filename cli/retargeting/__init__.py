@@ -1,0 +1,8 @@
+"""`dance-retarget`'s options, batches and verdicts."""
+
+from cli.retargeting.arguments import Arguments, check_one
+from cli.retargeting.batch import is_batch, retarget_all
+from cli.retargeting.report_table import report_table
+from cli.retargeting.verdict import Danced, details_of, verdict_of
+
+__all__ = ["Arguments", "Danced", "check_one", "details_of", "is_batch", "report_table", "retarget_all", "verdict_of"]

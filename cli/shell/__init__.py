@@ -1,0 +1,34 @@
+"""What every command shares: words, consoles, progress, refusals, verdicts."""
+
+from cli.shell.console import Background, make_console
+from cli.shell.extras import PARTS
+from cli.shell.interrupts import interrupted_by_signals
+from cli.shell.options import ClipPath, FileOptions, Out
+from cli.shell.progress_bar import progress
+from cli.shell.telling import TellOptions, tell
+from cli.shell.terminal import BELOW_GATE, DONE, GATE, REFUSED, command, flag, write_text
+from cli.shell.typed import again
+from cli.shell.verdict import Trouble, Verdict
+
+__all__ = [
+    "BELOW_GATE",
+    "DONE",
+    "GATE",
+    "PARTS",
+    "REFUSED",
+    "Background",
+    "ClipPath",
+    "FileOptions",
+    "Out",
+    "TellOptions",
+    "Trouble",
+    "Verdict",
+    "again",
+    "command",
+    "flag",
+    "interrupted_by_signals",
+    "make_console",
+    "progress",
+    "tell",
+    "write_text",
+]
