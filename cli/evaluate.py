@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from cli.evaluating import Arguments, brief, grid, rows_of, run_sweep, side_by_side
-from cli.shell import BELOW_GATE, DONE, GATE, command, make_console, progress, write_text
+from cli.evaluating import Arguments, brief, grid, outcome_line, rows_of, run_sweep, side_by_side, verdict_of
+from cli.shell import GATE, Verdict, command, progress, tell
 from tracking import TrackingError
 
 if TYPE_CHECKING:
@@ -30,47 +28,59 @@ def run(args: Arguments) -> int:
 
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
-    console = make_console()
     engines = engine_names(args.engine)
     inside = sorted(p.parent for p in args.bundle.glob(f"*/{CONTRACT}")) if args.bundle.is_dir() else []
     if inside and not (args.bundle / CONTRACT).exists():
-        return _each(args, inside, engines, console)
+        return _each(args, inside, engines)
     bundle = load_bundle(args.bundle, reference=args.ref, robot=args.robot)
-    _check_golden(bundle, console)
+    golden = _check_golden(bundle)
     if args.sweep:
-        return run_sweep(args, engines, console)
+        return run_sweep(args, engines)
     results = _evaluate(args, args.bundle, engines)
     lines = side_by_side({name: rows_of(result) for name, result in results.items()})
     table = Table(*lines[0], box=None, pad_edge=False, header_style="bold")
     for line in lines[1:]:
         table.add_row(*line)
-    console.print(table)
-    if args.json is not None:
-        told: dict[str, Any] = {name: result.as_dict() for name, result in results.items()}
-        write_text(args.json, json.dumps(told if len(told) > 1 else next(iter(told.values())), indent=1), console)
     if args.recording is not None:
         from cli.recordings import save_evaluation
 
         save_evaluation(args.recording, bundle, results, str(args.bundle), lines)
-        console.print(f"wrote {args.recording}   open it: rerun {args.recording}")
-    return DONE if all(r.finished >= GATE for r in results.values()) else BELOW_GATE
+    return tell(verdict_of(results, args, (golden,)), args.tell, [table])
 
 
-def _check_golden(bundle: Bundle, console: Console) -> None:
+def _check_golden(bundle: Bundle) -> str:
+    """Whether the policy does here what it did in training, as far as it brings a trace."""
     from tracking import read_golden, replay
     from tracking.policy import GOLDEN
 
     if bundle.contract.follows_any:
-        console.print("a tracker, which follows any reference")
-    elif bundle.contract.robot_hash:
-        apart = replay(bundle.runner, read_golden(bundle.folder / GOLDEN))
-        console.print(f"golden trace repeated to {apart:.1e}")
-    else:
-        console.print(f"another tool's policy: {bundle.contract.source}")
+        return "a tracker, which follows any reference"
+    if bundle.contract.robot_hash:
+        return f"golden trace repeated to {replay(bundle.runner, read_golden(bundle.folder / GOLDEN)):.1e}"
+    return f"another tool's policy: {bundle.contract.source}"
 
 
-def _each(args: Arguments, folders: list[Path], engines: tuple[str, ...], console: Console) -> int:
+def _each(args: Arguments, folders: list[Path], engines: tuple[str, ...]) -> int:
     """One policy that dances several references: a row for each."""
+    _check_each(args, folders)
+    results = {folder.name: _evaluate(args, folder, engines) for folder in folders}
+    cells: dict[str, list[str | Text]] = {
+        n: [f"{r[engines[0]].duration_s:.1f}", *(brief(r[e]) for e in engines)] for n, r in results.items()
+    }
+    name, worst = min(
+        ((f"{dance} in {engine}", result) for dance, row in results.items() for engine, result in row.items()),
+        key=lambda pair: pair[1].finished,
+    )
+    verdict = Verdict(
+        passed=worst.finished >= GATE,
+        line=f"{args.bundle.name}, {len(folders)} dances; least {name}: {outcome_line(worst)}",
+        data={"results": {n: {engine: r.as_dict() for engine, r in row.items()} for n, row in results.items()}},
+    )
+    return tell(verdict, args.tell, shown=[grid(("s", *engines), cells)])
+
+
+def _check_each(args: Arguments, folders: list[Path]) -> None:
+    """Refuse what is meant for one dance, and folders of different policies."""
     from tracking import load_bundle, read_golden, replay
     from tracking.policy import GOLDEN, POLICY
 
@@ -87,16 +97,6 @@ def _each(args: Arguments, folders: list[Path], engines: tuple[str, ...], consol
         )  # fmt: skip
     for folder in folders:
         replay(load_bundle(folder, robot=args.robot).runner, read_golden(folder / GOLDEN))
-    results = {folder.name: _evaluate(args, folder, engines) for folder in folders}
-    cells: dict[str, list[str | Text]] = {
-        n: [f"{r[engines[0]].duration_s:.1f}", *(brief(r[e]) for e in engines)] for n, r in results.items()
-    }
-    console.print(grid(("s", *engines), cells))
-    if args.json is not None:
-        told = {name: {engine: result.as_dict() for engine, result in row.items()} for name, row in results.items()}
-        write_text(args.json, json.dumps(told, indent=1), console)
-    every = [result for row in results.values() for result in row.values()]
-    return DONE if all(result.finished >= GATE for result in every) else BELOW_GATE
 
 
 def _evaluate(args: Arguments, folder: Path, engines: tuple[str, ...]) -> dict[str, Evaluation]:

@@ -6,10 +6,16 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
-from cli.shell import BELOW_GATE, DONE, GATE, REFUSED, command, make_console, progress
-from cli.training import Arguments, print_check, print_plan, print_run, print_tracker
+from cli.shell import DONE, GATE, REFUSED, command, progress, tell
+from cli.training import (
+    Arguments,
+    check_table,
+    check_verdict,
+    print_plan,
+    print_tracker,
+    run_details,
+    run_verdict,
+)
 from robot_models.maths import silent
 from tracking import TrackingError
 
@@ -28,12 +34,12 @@ def run(args: Arguments) -> int:
     from tracking.task import select_references
 
     together, follows = _started_by_torchrun()
-    console = make_console(quiet=follows)
+    console = args.tell.console(quiet=follows)
     chosen = select_references(args.ref, args.robot, below_gates=args.anyway or args.check_ref)
     for file, why in chosen.left_out:
         console.print(f"left out {file.name}: {why}", style="yellow")
     if args.check_ref:
-        return _check(args, console, chosen)
+        return _check(args, chosen)
     first = args.ref[0].resolve()
     name = first.name if first.is_dir() else first.stem
     folder = args.out or Path("runs") / (name if len(args.ref) == 1 else f"{len(chosen.pieces)}_references")
@@ -55,9 +61,8 @@ def run(args: Arguments) -> int:
         from cli.recordings import save_training
 
         save_training(folder / "training.rrd", chosen.robot, chosen.pieces, result)
-    print_run(console, result, GATE)
-    passed = bool(result.curves) and result.outcome["finished"] >= GATE
-    return DONE if together or passed else BELOW_GATE  # torchrun takes every other code for a crash
+    code = tell(run_verdict(result, args.ref), args.tell, run_details(result))
+    return DONE if together else code  # torchrun takes every other code for a crash
 
 
 def _started_by_torchrun() -> tuple[bool, bool]:
@@ -66,17 +71,12 @@ def _started_by_torchrun() -> tuple[bool, bool]:
     return several, several and int(os.environ.get("RANK", "0")) > 0
 
 
-def _check(args: Arguments, console: Console, chosen: Selection) -> int:
+def _check(args: Arguments, chosen: Selection) -> int:
     from tracking import check_reference
 
-    passed = True
-    for piece in chosen.pieces:
-        if len(chosen.pieces) > 1:
-            console.print(f"\n{piece.name}")
-        found = check_reference(piece.reference, chosen.robot, threads=args.threads)
-        print_check(console, found)
-        passed &= found.passed
-    return DONE if passed else BELOW_GATE
+    found = {p.name: check_reference(p.reference, chosen.robot, threads=args.threads) for p in chosen.pieces}
+    tables = [detail for name, check in found.items() for detail in (name, check_table(check))]
+    return tell(check_verdict(found, args.ref), args.tell, tables)
 
 
 def _teacher(args: Arguments, chosen: Selection, together: bool) -> Path | None:

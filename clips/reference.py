@@ -107,8 +107,8 @@ class Reference:
 
     @property
     def failed_gates(self) -> tuple[str, ...]:
-        """Titles of the gates that it missed when it was made, as far as its file says."""
-        return tuple(metric_label(key) for key, measured in self.report.items() if not measured["passed"])
+        """The gates that it missed when it was made, as far as its file says: titles, parts and moments."""
+        return tuple(_moment(key, measured) for key, measured in self.report.items() if not measured["passed"])
 
     @property
     def report(self) -> Mapping[str, Mapping[str, Any]]:
@@ -133,6 +133,13 @@ class Reference:
         kinds = np.array(self.meta.get("segment_names", ()))
         found = self.segments[np.flatnonzero(kinds == "dance")]
         return tuple(slice(int(a), int(b)) for a, b, _ in found) or (slice(0, self.frames),)
+
+
+def _moment(key: str, measured: Mapping[str, Any]) -> str:
+    """`deepest self-collision (left hand, right thigh) at 14.10 s`."""
+    parts, at_s = measured.get("parts"), measured.get("at_s")
+    where = f" ({', '.join(map(str, parts))})" if isinstance(parts, list) and parts else ""
+    return f"{metric_label(key)}{where}" + (f" at {at_s:.2f} s" if isinstance(at_s, int | float) else "")
 
 
 def _refused(what: str, found: str, expected: str) -> ReferenceFileError:

@@ -1,7 +1,8 @@
-"""`dance-eval`'s options, tables and sweeps."""
+"""`dance-eval`'s options, tables, sweeps and verdicts."""
 
 from cli.evaluating.arguments import Arguments
 from cli.evaluating.sweep import run_sweep
 from cli.evaluating.tables import brief, grid, rows_of, side_by_side
+from cli.evaluating.verdict import outcome_line, verdict_of
 
-__all__ = ["Arguments", "brief", "grid", "rows_of", "run_sweep", "side_by_side"]
+__all__ = ["Arguments", "brief", "grid", "outcome_line", "rows_of", "run_sweep", "side_by_side", "verdict_of"]

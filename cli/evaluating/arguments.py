@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from cli.shell import ClipPath
+from cli.shell import ClipPath, TellOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +50,6 @@ class Arguments:
     """Processes of a sweep; 0: as many as the cores that this process may use."""
     picture: Path | None = None
     """Write the sweep's table as a picture here."""
-    json: Path | None = None
-    """Write the numbers here too."""
     recording: Path | None = None
-    """Write a Rerun recording of the longest rollout in each engine here."""
+    """Write a Rerun recording here: the best, the median and a failed rollout in each engine."""
+    tell: TellOptions = field(default_factory=TellOptions)

@@ -92,29 +92,8 @@ def draw_robot(log: Log, root: str, parts: Sequence[Part], tint: tuple[int, ...]
 
     for i, part in enumerate(parts):
         entity = f"{root}/{part.body}/{part.kind}_{i}"
-        colour = tint or tuple(int(255 * c) for c in part.rgba)
-        pose: dict[str, Any] = {"quaternions": [rot.to_quat_xyzw(part.quat)], "colors": [colour], "fill_mode": "solid"}
-        shape: Any
-        if part.kind == "box":
-            shape = rr.Boxes3D(half_sizes=[part.size], centers=[part.pos], **pose)
-        elif part.kind == "mesh":
-            shape = rr.Mesh3D(
-                vertex_positions=part.vertices,
-                triangle_indices=part.faces,
-                vertex_normals=_normals(part),
-                albedo_factor=colour,
-            )
-        elif part.kind == "cylinder":
-            shape = rr.Cylinders3D(lengths=[2 * part.size[1]], radii=[part.size[0]], centers=[part.pos], **pose)
-        elif part.kind == "sphere":
-            shape = rr.Ellipsoids3D(radii=[part.size[0]], centers=[part.pos], colors=[colour], fill_mode="solid")
-        elif part.kind == "ellipsoid":
-            shape = rr.Ellipsoids3D(half_sizes=[part.size], centers=[part.pos], **pose)
-        else:
-            # Rerun's capsule begins at its origin and runs along z; MuJoCo's is centred.
-            start = part.pos - rot.rotate(part.quat, np.array([0.0, 0.0, part.size[1]]))
-            shape = rr.Capsules3D(lengths=[2 * part.size[1]], radii=[part.size[0]], translations=[start], **pose)
-        log.log(entity, shape, static=True)
+        pose = rr.InstancePoses3D(translations=[_middle(part)], quaternions=[rot.to_quat_xyzw(part.quat)])
+        log.log(entity, _shape(part, tint), *([] if part.kind == "mesh" else [pose]), static=True)
 
 
 def _normals(part: Part) -> ndarray:
@@ -140,6 +119,73 @@ def move_robot(log: Log, root: str, robot: RobotModel, pos: ndarray, quat: ndarr
                 translation=pos[:, b].astype(np.float32), quaternion=rot.to_quat_xyzw(quat[:, b]).astype(np.float32)
             ),
         )
+
+
+def draw_figures(
+    log: Log,
+    root: str,
+    parts: Sequence[Part],
+    robot: RobotModel,
+    poses: Sequence[tuple[ndarray, ndarray]],
+    index: list[Any],
+    tint: tuple[int, ...] | None = None,
+) -> None:
+    """Several of one robot, its surface stored once; each is there until its own last frame.
+
+    Args:
+        log: the recording.
+        root: entity of them all.
+        parts: the robot's surface.
+        robot: the robot.
+        poses: of each, world positions (N, B, 3) and quaternions (N, B, 4) of its bodies.
+        index: times of the longest.
+        tint: one colour for all of it.
+    """
+    import rerun as rr
+
+    frames = max(len(pos) for pos, _ in poses)
+    there = np.array([np.arange(frames) < len(pos) for pos, _ in poses])
+    for i, part in enumerate(parts):
+        b, entity = robot.body_names.index(part.body), f"{root}/{part.body}/{part.kind}_{i}"
+        at, turn = np.zeros((len(poses), frames, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (len(poses), frames, 1))
+        for k, (pos, quat) in enumerate(poses):
+            own = np.broadcast_to(part.quat, quat[:, b].shape)
+            turn[k, : len(pos)] = rot.multiply(quat[:, b], own)
+            at[k, : len(pos)] = pos[:, b] + rot.rotate(quat[:, b], np.broadcast_to(_middle(part), pos[:, b].shape))
+        log.log(entity, _shape(part, tint), static=True)
+        columns = rr.InstancePoses3D.columns(
+            translations=at.swapaxes(0, 1)[there.T].astype(np.float32),
+            quaternions=rot.to_quat_xyzw(turn.swapaxes(0, 1)[there.T]).astype(np.float32),
+        )
+        log.send_columns(entity, index, columns.partition(there.sum(axis=0)))
+
+
+def _middle(part: Part) -> ndarray:
+    """Where a part's shape has its origin: Rerun's capsule begins there and runs along z; MuJoCo's is centred."""
+    if part.kind != "capsule":
+        return part.pos
+    return np.asarray(part.pos - rot.rotate(part.quat, np.array([0.0, 0.0, part.size[1]])))
+
+
+def _shape(part: Part, tint: tuple[int, ...] | None) -> Any:
+    """A part at its own origin."""
+    import rerun as rr
+
+    colour = tint or tuple(int(255 * c) for c in part.rgba)
+    look: dict[str, Any] = {"colors": [colour], "fill_mode": "solid"}
+    if part.kind == "box":
+        return rr.Boxes3D(half_sizes=[part.size], **look)
+    if part.kind == "mesh":
+        vertices, faces, normals = part.vertices, part.faces, _normals(part)
+        return rr.Mesh3D(
+            vertex_positions=vertices, triangle_indices=faces, vertex_normals=normals, albedo_factor=colour
+        )
+    if part.kind == "cylinder":
+        return rr.Cylinders3D(lengths=[2 * part.size[1]], radii=[part.size[0]], **look)
+    if part.kind in ("sphere", "ellipsoid"):
+        half = part.size if part.kind == "ellipsoid" else np.full(3, part.size[0])
+        return rr.Ellipsoids3D(half_sizes=[half], **look)
+    return rr.Capsules3D(lengths=[2 * part.size[1]], radii=[part.size[0]], **look)
 
 
 def draw_soles(log: Log, robot: RobotModel, reference: Reference, index: list[Any], root: str = "world/robot") -> None:

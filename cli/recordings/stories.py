@@ -61,25 +61,23 @@ def save_rollouts(
         longest = max(map(len, rollouts.values()))
         way = reference.body_pos_w[dance.start : dance.start + longest, 0]
         scene.lay_floor(log, way, scene.timelines(np.arange(longest), reference.fps), reference.fps)
-        plots = []
+        plots, danced, meant = [], [], []
         for k, (name, rollout) in enumerate(rollouts.items()):
-            root, frames = f"world/{scene.slug(name)}", len(rollout)
+            frames, aside_m = len(rollout), np.array([0.0, -scene.SIDE_M * k, 0.0])
             index = scene.timelines(np.arange(frames), reference.fps)
-            meant = slice(dance.start, dance.start + frames)  # evaluations begin with the dance
-            aside_m = np.array([0.0, -scene.SIDE_M * k, 0.0])
+            there = slice(dance.start, dance.start + frames)  # evaluations begin with the dance
             pos, quat = forward_kinematics(robot, rollout)
-            scene.draw_robot(log, root, parts)
-            scene.move_robot(log, root, robot, pos + aside_m, quat, index)
-            scene.draw_robot(log, f"{root}-ghost", parts, tint=scene.GHOST)
-            scene.move_robot(
-                log, f"{root}-ghost", robot, reference.body_pos_w[meant] + aside_m, reference.body_quat_w[meant], index
-            )
+            danced.append((pos + aside_m, quat))
+            meant.append((reference.body_pos_w[there] + aside_m, reference.body_quat_w[there]))
             if len(rollouts) > 1:
-                scene.label(log, f"{root}-name", name, pos[:, 0] + aside_m, index)
-            error = 1e3 * np.linalg.norm(pos - reference.body_pos_w[meant], axis=-1).mean(axis=1)
+                scene.label(log, f"world/{scene.slug(name)}-name", name, pos[:, 0] + aside_m, index)
+            error = 1e3 * np.linalg.norm(pos - reference.body_pos_w[there], axis=-1).mean(axis=1)
             what = "distance from the ghost [mm]"
             scene.plot_curves(log, f"plots/{scene.slug(name)}", {what: error}, index)
             plots.append(line_view(f"{what}: {name}", f"plots/{scene.slug(name)}/{scene.slug(what)}"))
+        whole = scene.timelines(np.arange(longest), reference.fps)
+        scene.draw_figures(log, "world/robots", parts, robot, danced, whole)
+        scene.draw_figures(log, "world/ghosts", parts, robot, meant, whole, tint=scene.GHOST)
         scene.plot_learning(log, curves)
         log.log("report", scene.markdown(text), static=True)
         plots += [bar_view(f"{n} over million steps", f"plots/learning/{scene.slug(n)}") for n in curves]
@@ -153,7 +151,12 @@ def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references
 def save_evaluation(
     path: Path, bundle: Bundle, results: Mapping[str, Evaluation], title: str, lines: Sequence[Sequence[str]]
 ) -> None:
-    """The longest rollout in each engine, with a table of the numbers: `lines`, the header first."""
+    """The best, the median and a failed rollout in each engine, with a table of the numbers: `lines`, the header first."""
     header, *rows = (f"| {' | '.join(line)} |" for line in lines)
     text = "\n".join([f"# {title}", header, "|---" * len(lines[0]) + "|", *rows])
-    save_rollouts(path, bundle.robot, bundle.reference, {name: r.best for name, r in results.items()}, {}, text)
+    shown = {
+        label if len(results) == 1 else f"{engine}, {label}": rollout
+        for engine, result in results.items()
+        for label, rollout in result.shown.items()
+    }
+    save_rollouts(path, bundle.robot, bundle.reference, shown, {}, text)

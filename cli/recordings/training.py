@@ -24,8 +24,7 @@ def save_training(path: Path, robot: RobotModel, pieces: Sequence[NamedReference
     steps = np.array([row["steps"] for row in result.curves])
     names = {"survived_s": "survived [s]", "finished": "finished [share]", "body_error_mm": "body error [mm]"}
     curves = {label: (steps, np.array([row[key] for row in result.curves])) for key, label in names.items()}
-    best = result.evaluations[piece.name].best
-    save_rollouts(path, robot, piece.reference, {"policy": best}, curves, _text(result))
+    save_rollouts(path, robot, piece.reference, result.evaluations[piece.name].shown, curves, _text(result))
 
 
 def _text(result: Run) -> str:

@@ -32,13 +32,14 @@ class TellOptions:
         return make_console(stderr=self.json == _STDOUT, **options)
 
 
-def tell(verdict: Verdict, options: TellOptions, details: Sequence[Any] = ()) -> int:
+def tell(verdict: Verdict, options: TellOptions, details: Sequence[Any] = (), shown: Sequence[Any] = ()) -> int:
     """Print a verdict, and with --verbose what it follows from; returns the exit code.
 
     Args:
         verdict: of a command.
         options: how to tell it.
         details: tables and lines of everything that was measured.
+        shown: tables that are the answer, and come without being asked for.
     """
     console = options.console()
     console.print(_mark(console, verdict))
@@ -51,9 +52,8 @@ def tell(verdict: Verdict, options: TellOptions, details: Sequence[Any] = ()) ->
         console.print(f"  {trouble.what}", style="red")
         for what, command in trouble.cures:
             console.print(f"    {what}{': ' if command else ''}{command}")
-    if options.verbose:
-        for detail in details:
-            console.print(detail)
+    for detail in (*shown, *(details if options.verbose else ())):
+        console.print(detail)
     for path in verdict.written:
         console.print(f"wrote {path} ({_size(path)})")
     if verdict.steps:

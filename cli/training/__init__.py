@@ -1,6 +1,6 @@
-"""`dance-train`'s options and summaries."""
+"""`dance-train`'s options and verdicts."""
 
 from cli.training.arguments import Arguments
-from cli.training.summary import print_check, print_plan, print_run, print_tracker
+from cli.training.summary import check_table, check_verdict, print_plan, print_tracker, run_details, run_verdict
 
-__all__ = ["Arguments", "print_check", "print_plan", "print_run", "print_tracker"]
+__all__ = ["Arguments", "check_table", "check_verdict", "print_plan", "print_tracker", "run_details", "run_verdict"]

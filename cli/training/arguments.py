@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from cli.shell import Out
+from cli.shell import Out, TellOptions
 from tracking import TrainConfig
 
 
@@ -65,6 +65,7 @@ class Arguments:
     """Only play the reference: perfectly, and with zero action. No training."""
     anyway: bool = False
     """Train on a reference whose gates failed."""
+    tell: TellOptions = field(default_factory=TellOptions)
 
     def config(self) -> TrainConfig:
         """All numbers of the run."""

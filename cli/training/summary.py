@@ -2,18 +2,55 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
+from cli.evaluating import outcome_line
+from cli.shell import GATE, Trouble, Verdict
+
 if TYPE_CHECKING:
     from tracking import Evaluation, ReferenceCheck, Run
     from tracking.task import Selection
 
 
-def print_check(console: Console, found: ReferenceCheck) -> None:
+def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path]) -> Verdict:
+    """Whether references are worth training on; the worst of them decides."""
+    bad = {name: check for name, check in found.items() if not check.passed}
+    name, worst = min((bad or found).items(), key=lambda pair: pair[1].survived_s)
+    state = (
+        "worth training on"
+        if not bad
+        else f"{len(bad)} of {len(found)} not worth training on"
+        if len(found) > 1
+        else "not worth training on"
+    )
+    refs = " ".join(map(str, files))
+    return Verdict(
+        passed=not bad,
+        line=f"{name if len(found) == 1 else f'{len(found)} references'}: {state}",
+        numbers=(
+            f"perfect tracking earns {100 * worst.perfect:.0f} % of the reward",
+            f"the first pose sinks {1e3 * worst.settles_m:.0f} mm in a second",
+            f"zero action survives {worst.survived_s:.1f} s",
+        ),
+        troubles=tuple(Trouble(what=f"{name}: {_why(check)}") for name, check in bad.items()),
+        steps=() if bad else ((f"dance-train --ref {refs}", "a policy that dances it"),),
+        data={"checks": {name: asdict(check) for name, check in found.items()}},
+    )  # fmt: skip
+
+
+def _why(check: ReferenceCheck) -> str:
+    if check.failed_gates:
+        return f"gates missed when it was retargeted: {', '.join(check.failed_gates)}; dance-retarget says when and why"
+    return "the robot cannot do it as it stands: see the numbers with --verbose"
+
+
+def check_table(found: ReferenceCheck) -> Table:
     """What the check of a reference found."""
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_row("gates that failed", ", ".join(found.failed_gates) or "none", "when it was retargeted")
@@ -22,9 +59,7 @@ def print_check(console: Console, found: ReferenceCheck) -> None:
     table.add_row("perfect tracking earns", f"{100 * found.perfect:.1f} %", "of the largest reward")
     table.add_row("first pose, held for 1 s", f"{1e3 * found.settles_m:.1f} mm", "that the pelvis sinks")
     table.add_row("zero action survives", f"{found.survived_s:.2f} s", "mean over starts all along the dance")
-    console.print(table)
-    said, style = ("worth training on", "green") if found.passed else ("below the gate", "red")
-    console.print(said, style=style)
+    return table
 
 
 def print_plan(console: Console, chosen: Selection, folder: Path, teacher: Path | None) -> None:
@@ -51,34 +86,45 @@ def print_tracker(console: Console, found: dict[str, Evaluation], gate: float) -
         )  # fmt: skip
 
 
-def print_run(console: Console, result: Run, gate: float) -> None:
-    """How far the policy came, of every dance, and the files."""
+def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
+    """How far a policy came, in the dance that it learnt least, and the files."""
+    words = f"dance-train --ref {' '.join(map(str, refs))} -o {result.folder} --resume"
     if not result.curves:
-        console.print(result.stopped)
-        return
-    first, last = result.curves[0], result.outcome
-    console.print(f"{result.stopped}: {result.steps} steps in {result.seconds / 60:.1f} min")
-    lengths = [e.duration_s for e in result.evaluations.values()]
-    duration = sum(lengths) / len(lengths) if lengths else float("nan")
-    console.print(
-        f"survives {first['survived_s']:.2f} s -> {last['survived_s']:.2f} s of {duration:.2f} s; "
-        f"{100 * last['finished']:.0f} % of rollouts finish{'' if len(result.evaluations) < 2 else ' the dance learnt least'}; "
-        f"body error {last['body_error_mm']:.0f} mm"
+        return Verdict(passed=False, line=f"{result.folder}: {result.stopped}", steps=((words, "go on"),))
+    last, name = result.outcome, min(result.evaluations, key=lambda n: result.evaluations[n].finished)
+    worst = result.evaluations[name]
+    passed = last["finished"] >= GATE
+    recording = result.folder / "training.rrd"
+    told = ("policy.onnx", "contract.json", "curves.csv", "checkpoint.pt", "training.rrd")
+    which = f"{name}, the dance learnt least of {len(result.evaluations)}" if len(result.evaluations) > 1 else name
+    look = ((f"rerun {recording}", "look at it"),) if recording.exists() else ()
+    after = (
+        (f"dance-eval {result.folder}", "judge it on a hundred robots"),
+        (f"dance-export {result.folder} -o bundle", "for a robot, or another tool"),
     )
-    if len(result.evaluations) > 1:
-        for name, e in sorted(result.evaluations.items(), key=lambda pair: pair[1].finished):
-            console.print(
-                f"  {name}: {100 * e.finished:.0f} % of {e.rollouts} finish, survives {e.survived_s:.2f} of "
-                f"{e.duration_s:.2f} s, body error {e.body_error_mm:.0f} mm",
-            )  # fmt: skip
-    console.print(f"onnxruntime agrees with torch to {result.onnx_difference:.1e}")
-    for name in ("policy.onnx", "contract.json", "curves.csv", "checkpoint.pt", "training.rrd"):
-        path = result.folder / name
-        if path.exists():
-            hint = f"   open it: rerun {path}" if path.suffix == ".rrd" else ""
-            console.print(f"wrote {path}{hint}")
-    if last["finished"] < gate:
-        console.print(
-            f"below the gate: {100 * gate:.0f} % of rollouts shall finish; go on with --resume --steps MORE",
-            style="red",
-        )
+    return Verdict(
+        passed=passed,
+        line=f"{which}: {100 * last['finished']:.0f} % of rollouts finish, after {result.seconds / 60:.1f} min",
+        numbers=(
+            f"survives {last['survived_s']:.2f} of {worst.duration_s:.2f} s",
+            f"bodies {last['body_error_mm']:.0f} mm off the reference",
+            f"{result.steps} steps; {result.stopped}",
+        ),
+        troubles=()
+        if passed
+        else (Trouble(what=f"below the gate of {100 * GATE:.0f} %", cures=(("train on", words),)),),
+        written=tuple(path for path in (result.folder / n for n in told) if path.exists()),
+        steps=(*look, *(after if passed else after[:1])),
+        data={"evaluations": {n: e.as_dict() for n, e in result.evaluations.items()}, "minutes": result.seconds / 60},
+    )
+
+
+def run_details(result: Run) -> list[str]:
+    """Every dance's outcome, and what the file of the policy is worth."""
+    lines = [
+        f"{name}: {outcome_line(e)}; survives {e.survived_s:.2f} of {e.duration_s:.2f} s, body error {e.body_error_mm:.0f} mm"
+        for name, e in sorted(result.evaluations.items(), key=lambda pair: pair[1].finished)
+    ]
+    if result.curves:
+        lines.append(f"survived {result.curves[0]['survived_s']:.2f} s in the beginning")
+    return [*lines, f"onnxruntime agrees with torch to {result.onnx_difference:.1e}"]

@@ -57,33 +57,34 @@ def diagnose(report: Report, reference: Reference, sources: Sequence[HumanClip])
         reference: what was measured.
         sources: what was recorded, at the reference's frame rate; one for each of its dances.
     """
-    return tuple(_diagnose(metric, reference, sources) for metric in report.failures)
+    bad = [stretch for m in report.failures if m.where is not None for stretch in m.where.stretches]
+    return tuple(_diagnose(metric, reference, sources, bad) for metric in report.failures)
 
 
-def _diagnose(metric: Metric, reference: Reference, sources: Sequence[HumanClip]) -> Diagnosis:
-    where = metric.where or Where(at_s=0.0)
+def _diagnose(
+    metric: Metric, reference: Reference, sources: Sequence[HumanClip], bad: Sequence[tuple[float, float]]
+) -> Diagnosis:
+    """`bad`: the stretches of every gate that is missed [s]."""
+    where, key = metric.where or Where(at_s=0.0), metric.key
     k = _dance_of(where, reference, sources)
     dance, source = reference.dances[k], sources[k]
-    at = int(np.clip(round(where.at_s * reference.fps) - dance.start, 0, source.frames - 1))
-    parting = _parting(where.later(-dance.start / reference.fps), (source.frames - 1) / reference.fps)
+    begins_s, at = dance.start / reference.fps, round(where.at_s * reference.fps) - dance.start
+    at = int(np.clip(at, 0, source.frames - 1))
+    parting = _parting([(a - begins_s, b - begins_s) for a, b in bad], (source.frames - 1) / reference.fps)
     why, cures = "", list[Cure]()
-    if metric.key is MetricKey.SELF_COLLISION:
-        why = _of_segments(source, at, where.parts)
-        cures = [*parting, Cure(help="other robot")]
-    elif metric.key is MetricKey.PENETRATION:
-        why = _of_height(source, at)
-        cures = [*parting]
-    elif metric.key is MetricKey.SLIDE_WORST:
-        why = _of_slide(source, at, where)
-        cures = [Cure(help="state contacts"), *parting]
-    elif metric.key in (MetricKey.AIRBORNE_OFF_SOURCE, MetricKey.UNSUPPORTED):
-        hovering, skating = _feet_of(source)
-        why = _of_feet(hovering, skating)
-        cures = [Cure(help="feet carry")] if skating > hovering else []
+    if key is MetricKey.SELF_COLLISION:
+        why, cures = _of_segments(source, at, where.parts), [*parting, Cure(help="other robot")]
+    elif key is MetricKey.PENETRATION:
+        why, cures = _of_height(source, at), parting
+    elif key is MetricKey.SLIDE_WORST:
+        why, cures = _of_slide(source, at, where), [Cure(help="state contacts"), *parting]
+    elif key in (MetricKey.AIRBORNE_OFF_SOURCE, MetricKey.UNSUPPORTED):
+        low, hovering, skating = _feet_of(source)
+        why = _of_feet(low, hovering, skating)
+        cures = [Cure(help="feet carry")] if skating > max(low, hovering) and key is MetricKey.UNSUPPORTED else []
         cures += [*parting, Cure(help="other recording")]
-    elif metric.key is MetricKey.HOVERING_LEADS:
-        why = "the dance begins or ends in the air"
-        cures = [Cure(help="lead in")]
+    elif key is MetricKey.HOVERING_LEADS:
+        why, cures = "the dance begins or ends in the air", [Cure(help="lead in")]
     else:
         cures = [Cure(help="whole clip"), Cure(help="slower")]
     return Diagnosis(metric=metric, dance=k, what=_moment(metric, where), why=why, cures=tuple(cures))
@@ -130,21 +131,18 @@ def _longest(where: Where) -> str:
     return f"longest from {a:.2f} to {b:.2f} s"
 
 
-def _parting(where: Where, length_s: float) -> list[Cure]:
-    """What to drop, or the one stretch to keep, so that only what holds is left; `where` counts from the dance's start."""
-    margin = _CONFIG.margin_s
+def _parting(stretches: Sequence[tuple[float, float]], length_s: float) -> list[Cure]:
+    """What to drop, or the one stretch to keep, so that only what holds is left; seconds from the dance's start."""
     bad: list[tuple[float, float]] = []
-    for a, b in where.stretches:
-        a, b = max(0.0, a - margin), min(length_s, b + margin)
-        if a + margin > b - margin:  # of another dance, or of the leads
+    for a, b in sorted(stretches):
+        if b < 0.0 or a > length_s:  # of another dance, or of the leads
             continue
+        a, b = max(0.0, a - _CONFIG.margin_s), min(length_s, b + _CONFIG.margin_s)
         near = bool(bad) and a - bad[-1][1] < _CONFIG.shortest_s
-        bad.append((bad.pop()[0] if near else a, b))
-    if not bad:
-        return []
+        bad.append((bad[-1][0], max(bad.pop()[1], b)) if near else (a, b))
     edges = [0.0, *(t for stretch in bad for t in stretch), length_s]
     good = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= _CONFIG.shortest_s]
-    if not good:
+    if not bad or not good:
         return []
     lost = 1.0 - sum(b - a for a, b in good) / length_s
     if lost <= _CONFIG.most_dropped and len(bad) <= _CONFIG.most_drops:
@@ -160,8 +158,10 @@ def _of_segments(source: HumanClip, t: int, parts: tuple[str, ...]) -> str:
     (a, thick_a), (b, thick_b) = lines[0], lines[1]
     apart = _distance(a, b)
     if apart < thick_a + thick_b:
-        return f"the person's own touch there ({100 * apart:.0f} cm between their middles), and the robot's are thicker"
-    return f"the person's own are {100 * apart:.0f} cm apart there: the robot's proportions bring them together"
+        return (
+            f"the recording's own touch there ({100 * apart:.0f} cm between their middles), and the robot's are thicker"
+        )
+    return f"the recording's own are {100 * apart:.0f} cm apart there: the robot's proportions bring them together"
 
 
 def _segment(source: HumanClip, t: int, part: str) -> tuple[ndarray, float] | None:
@@ -187,7 +187,7 @@ def _of_height(source: HumanClip, t: int) -> str:
     floor = float(own_floor(heel_toe_points(source)).min())
     height = float(source.point("pelvis")[t, 2]) - floor
     if height < _RULES.upright * source.leg_length:
-        return f"the person's pelvis is {100 * height:.0f} cm over the floor there: floor work, which feet alone cannot carry"
+        return f"the recorded pelvis is {100 * height:.0f} cm over the floor there: floor work, which feet alone cannot carry"
     return ""
 
 
@@ -201,28 +201,31 @@ def _of_slide(source: HumanClip, t: int, where: Where) -> str:
     way = points[slice(*touch), k, :2]
     slid = float(np.linalg.norm(way - way[0], axis=-1).max())
     if slid > _CONFIG.slid_m:
-        return f"the person's own foot slides {1e3 * slid:.0f} mm in that touch"
-    return "the person's own foot stands: the robot's leg does not reach"
+        return f"the recording's own foot slides {1e3 * slid:.0f} mm in that touch"
+    return "the recording's own foot stands: the robot's leg does not reach"
 
 
-def _feet_of(source: HumanClip) -> tuple[float, float]:
-    """Shares of the frames in which both feet are up for longer than any jump, and in which one is down but none stands."""
+def _feet_of(source: HumanClip) -> tuple[float, float, float]:
+    """Shares of the frames: pelvis low; both feet up for longer than any jump; a foot down, but none that stands."""
     points = heel_toe_points(source)
-    height, speed = heights_and_speeds(points, source.fps, own_floor(points))
+    floor = own_floor(points)
+    height, speed = heights_and_speeds(points, source.fps, floor)
+    low = source.point("pelvis")[:, 2] - floor.min() < _RULES.upright * source.leg_length
     up = np.asarray((height > _RULES.contact.height).all(axis=1))
     hovering = np.zeros(len(up), dtype=bool)
     for a, b in intervals_of(up):
         hovering[a:b] = b - a > _RULES.longest_flight_s * source.fps
     skating = ~up & ~_RULES.contact.holds(height, speed).any(axis=1)
-    return float(hovering.mean()), float(skating.mean())
+    return float(low.mean()), float((hovering & ~low).mean()), float(skating.mean())
 
 
-def _of_feet(hovering: float, skating: float) -> str:
-    if max(hovering, skating) < _CONFIG.poor_feet:
+def _of_feet(low: float, hovering: float, skating: float) -> str:
+    most = max(low, hovering, skating)
+    if most < _CONFIG.poor_feet:
         return ""
-    if hovering > skating:
-        return (
-            f"the recording's own feet hover in {100 * hovering:.0f} % of its frames, longer than any jump, as a video "
-            "capture's do"
-        )
-    return f"the recording's own feet slide in {100 * skating:.0f} % of its frames: its travel over the floor was lost or made up"
+    if most == low:
+        return f"it kneels, sits or lies in {100 * low:.0f} % of the recording, which feet alone cannot carry"
+    if most == hovering:
+        said = f"the recording's own feet hover in {100 * hovering:.0f} % of its frames, longer than any jump"
+        return f"{said}, as a video capture's do"
+    return f"the recording's own feet slide in {100 * skating:.0f} % of its frames: its travel was lost or made up, or it runs"

@@ -64,6 +64,13 @@ class Metric:
         """Whether the gate holds; a number without a gate cannot fail."""
         return self.limit is None or self.value <= self.limit
 
+    def as_dict(self) -> dict[str, object]:
+        """For the reference's file; of a gate that is missed also the moment."""
+        told = {"value": round(self.value, 6), "unit": self.unit, "limit": self.limit, "passed": self.passed}
+        if self.passed or self.where is None:
+            return told
+        return told | {"at_s": round(self.where.at_s, 3), "parts": list(self.where.parts)}
+
     def worse_than(self, other: Metric) -> bool:
         """Whether it is the worse of two values of one metric."""
         return self.value < other.value if self.key.higher_is_better else self.value > other.value
@@ -96,7 +103,4 @@ class Report:
 
     def as_dict(self) -> dict[str, object]:
         """Numbers for the reference's meta entry."""
-        return {
-            str(m.key): {"value": round(m.value, 6), "unit": m.unit, "limit": m.limit, "passed": m.passed}
-            for m in self.metrics
-        }
+        return {str(m.key): m.as_dict() for m in self.metrics}

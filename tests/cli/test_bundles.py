@@ -23,7 +23,8 @@ def test_an_exported_bundle_stands_alone_and_is_judged_as_before(tmp_path, capsy
     files = [tmp_path / "a.json", tmp_path / "b.json"]
     for bundle, file in zip(("groove-dancer", str(out)), files, strict=True):
         cli.evaluate.main([bundle, "--rollouts", "3", "--json", str(file)])
-    assert files[0].read_text() == files[1].read_text()
+    first, second = (json.loads(file.read_text())["results"] for file in files)
+    assert first == second
     assert cli.export.main(["groove-dancer", "-o", str(out)]) == 2  # nothing is overwritten
     assert "already there" in capsys.readouterr().err
 
@@ -59,7 +60,7 @@ def test_engines_stand_side_by_side_and_an_unknown_one_is_refused(tmp_path, caps
     file = tmp_path / "e.json"
     words = ["groove-dancer", "--rollouts", "2", "--json", str(file), "--recording", str(tmp_path / "e.rrd")]
     code = cli.evaluate.main([*words, "--engine", "physx-isaac"])
-    told = json.loads(file.read_text())
+    told = json.loads(file.read_text())["results"]["physx-isaac"]
     assert code in (0, 1) and told["rollouts"] == 2 and told["survived_s"] > 3.0
     assert (tmp_path / "e.rrd").stat().st_size > 1000
     assert cli.evaluate.main(["groove-dancer", "--engine", "bullet"]) == 2
@@ -76,7 +77,7 @@ def test_a_sweep_is_a_table_a_file_and_a_picture(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(tracking, "sweep", functools.partial(tracking.sweep, conditions=kept))
     words = ["groove-dancer", "--sweep", "--rollouts", "2", "--engine", "all", "--jobs", "2"]
     cli.evaluate.main([*words, "--json", str(tmp_path / "s.json"), "--picture", str(tmp_path / "s.png")])
-    cells = json.loads((tmp_path / "s.json").read_text())
+    cells = json.loads((tmp_path / "s.json").read_text())["cells"]
     assert [(c["condition"], c["engine"]) for c in cells] == [
         (c, e) for c in kept for e in ("mujoco", "physx-isaac", "physx-motor")
     ]

@@ -132,7 +132,7 @@ def test_train_and_eval_from_end_to_end(groove_file, tmp_path, capsys):
     assert (run / "training.rrd").stat().st_size > 50_000
     result = tmp_path / "result.json"
     code = COMMANDS["dance-eval"]([str(run), "--rollouts", "4", "--json", str(result)])
-    told = json.loads(result.read_text())
+    told = json.loads(result.read_text())["results"]["mujoco"]
     assert code == (0 if told["finished"] >= 0.95 else 1)
     assert told["rollouts"] == 4 and told["survived_s"] > 0
     capsys.readouterr()

@@ -21,7 +21,8 @@ from robot_models.maths import Progress, silent
 from tracking.config import TaskConfig
 from tracking.errors import TrackingError
 from tracking.evaluation.condition_sweep import sweep
-from tracking.evaluation.rollouts import Evaluation, evaluate, evaluation_task, wilson
+from tracking.evaluation.rollouts import Evaluation, evaluate, evaluation_task
+from tracking.evaluation.share import Share, wilson
 from tracking.policy import CONTRACT, GOLDEN, POLICY, REFERENCE, Bundle, load_bundle
 
 CERTIFICATE = "certificate.json"
@@ -38,27 +39,6 @@ NOT_TRIED = (
     "an IMU that drifts; delays that change within a dance",
     "people and things within reach",
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Share:
-    """So many of so many, and the 95 % interval of the share (Wilson)."""
-
-    count: int
-    of: int
-
-    def __post_init__(self) -> None:
-        if not all(type(n) is int for n in (self.count, self.of)) or not 0 <= self.count <= self.of or not self.of:
-            raise ValueError(f"{self.count} of {self.of}")
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Lower and upper end."""
-        return wilson(self.count, self.of)
-
-    def __str__(self) -> str:
-        low, high = self.interval
-        return f"{100 * self.count / self.of:.1f} % of {self.of} [{100 * low:.1f}, {100 * high:.1f}]"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,7 +111,6 @@ def certify(
     files = _hashes(loaded.folder)
     rounds = _rounds(loaded, half_width, most, each, seed, progress)
     count = sum(r.rollouts for r in rounds)
-    finished, stood = (sum(round(getattr(r, name) * r.rollouts) for r in rounds) for name in ("finished", "stood"))
     cells = sweep(bundle, engines, conditions=conditions, rollouts=each, seed=seed, jobs=jobs, progress=progress)
     tried = tuple(
         Tried(
@@ -148,9 +127,9 @@ def certify(
         robot=loaded.robot.name,
         robot_hash=loaded.robot.hash,
         dance_s=rounds[0].duration_s,
-        finished=Share(count=finished, of=count),
-        fell=Share(count=count - stood, of=count),
-        strayed=Share(count=max(0, stood - finished), of=count),
+        finished=Share(count=sum(r.outcomes["finished"].count for r in rounds), of=count),
+        fell=Share(count=sum(r.outcomes["fell"].count for r in rounds), of=count),
+        strayed=Share(count=sum(r.outcomes["strayed"].count for r in rounds), of=count),
         hardest=tuple(sorted(((at, n) for at, n in failures.items() if n), key=lambda pair: -pair[1])[:3]),
         tried=tried,
         not_tried=(*NOT_TRIED, *(f"the engine {e}" for e in ("physx-isaac", "physx-motor") if e not in engines)),
@@ -169,7 +148,7 @@ def _rounds(bundle: Bundle, half_width: float, most: int, each: int, seed: int, 
             bundle.runner, bundle.robot, bundle.reference, evaluation_task(TaskConfig()), rollouts=each,
             seed=seed + 1000 + len(rounds),
         )  # fmt: skip
-        rounds.append(replace(result, best=result.best[:1]))
+        rounds.append(replace(result, shown={}))
         progress("rollouts", sum(r.rollouts for r in rounds), most)
     return rounds
 

@@ -5,6 +5,7 @@ A robot that strays (a hand or a foot too far off) has not fallen: it dances on 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import reduce
@@ -19,10 +20,10 @@ from robot_models import RobotModel
 from robot_models.maths import Progress, silent
 from tracking.config import TaskConfig
 from tracking.engines import Engine, MujocoBatch
+from tracking.evaluation.share import Z95, Share, wilson
 from tracking.policy import Policy, Runner
 from tracking.task import FALLS, StepResult, TrackingTask
 
-_Z95 = 1.96
 IN_PLACE = 0.5  # largest mean distance of the tracked bodies from the reference in the room, the field's other rule [m]
 
 
@@ -31,7 +32,7 @@ class Evaluation:
     """Result of many rollouts of the whole dance. Errors are means over all frames in which a rollout stood."""
 
     rollouts: int
-    finished: float  # share that reached the last frame without failing
+    finished: float  # share that reached the last frame within the rules
     finished_low: float  # 95 % Wilson interval
     finished_high: float
     finished_in_place: float  # share that finished and was never 0.5 m off in the room (mean over tracked bodies)
@@ -46,11 +47,23 @@ class Evaluation:
     causes: dict[str, int]  # failures by cause
     terms: dict[str, float]  # mean of every weighted reward term
     seconds: tuple[Second, ...]  # of the dance, one after another
-    best: Float[ndarray, "N nq"]  # qpos of the rollout that lasted longest, from the dance's first frame
+    shown: Mapping[str, Float[ndarray, "N nq"]]  # qpos of some rollouts from the dance's first frame on: the best first
+
+    @property
+    def outcomes(self) -> dict[str, Share]:
+        """How the rollouts ended: finished; strayed, which is off the dance and yet never fell; fell."""
+        finished, stood = (round(share * self.rollouts) for share in (self.finished, self.stood))
+        counts = {
+            "finished": finished,
+            "strayed": max(0, stood - finished),
+            "fell": self.rollouts - max(stood, finished),
+        }
+        return {name: Share(count=count, of=self.rollouts) for name, count in counts.items()}
 
     def as_dict(self) -> dict[str, object]:
-        """Numbers without the rollout."""
-        return {k: v for k, v in asdict(self).items() if k != "best"}
+        """Numbers without the rollouts."""
+        shares = {name: {"count": s.count, "of": s.of, "interval": s.interval} for name, s in self.outcomes.items()}
+        return {k: v for k, v in asdict(self).items() if k != "shown"} | {"outcomes": shares}
 
     @property
     def hardest(self) -> Second:
@@ -160,7 +173,7 @@ class _Tally:
         self._errors.append(np.where(self.alive, np.stack((body, room, joint)), np.nan))
 
     def result(self, dt: float, steps: int, path: Float[ndarray, "T N nq"]) -> Evaluation:
-        best, count = int(np.argmax(self._lasted)), len(self.alive)
+        count = len(self.alive)
         low, high = wilson(int(self.alive.sum()), count)
         errors, frames = np.stack(self._errors), max(1.0, self._lasted.sum())
         body, room, joint = np.nansum(errors, axis=(0, 2)) / frames
@@ -177,14 +190,30 @@ class _Tally:
             stood_s=float(self._stood.mean() * dt),
             duration_s=steps * dt,
             body_error_mm=1e3 * float(body),
-            body_error_half_mm=1e3 * _Z95 * spread / max(1.0, np.sqrt(len(each))),
+            body_error_half_mm=1e3 * Z95 * spread / max(1.0, np.sqrt(len(each))),
             global_error_mm=1e3 * float(room),
             joint_error_rad=float(joint),
             causes=self._causes,
             terms={name: value / frames for name, value in self._terms.items()},
             seconds=self._seconds(errors[:, 0], steps, max(1, round(1.0 / dt))),
-            best=path[: int(self._lasted[best]) + 1, best],
+            shown=self._shown(path, np.nansum(errors[:, 0], axis=0), dt),
         )
+
+    def _shown(self, path: Float[ndarray, "T N nq"], error: Float[ndarray, "N"], dt: float) -> dict[str, ndarray]:
+        """The best, the median and the first that failed, each to its end, or to its fall."""
+        order = np.lexsort(
+            (error / np.maximum(self._lasted, 1.0), -self._lasted)
+        )  # the longest first, then the nearest
+        ranks = {"best": order[0], "median": order[len(order) // 2], "worst": order[-1]}
+        shown, seen = {}, set[int]()
+        for rank, k in ((rank, int(k)) for rank, k in ranks.items()):
+            if k in seen or (rank == "worst" and self.alive[k]):
+                continue
+            seen.add(k)
+            how = "finished" if self.alive[k] else "strayed" if self.standing[k] else "fell"
+            when = "" if self.alive[k] else f" at {(self._lasted if self.standing[k] else self._stood)[k] * dt:.1f} s"
+            shown[f"{rank}: {how}{when}"] = path[: int(self._stood[k]) + 1, k]
+        return shown
 
     def _seconds(self, body: Float[ndarray, "T N"], steps: int, per_second: int) -> tuple[Second, ...]:
         ended = self._lasted[~self.alive]
@@ -200,14 +229,6 @@ class _Tally:
                 )
             )
         return tuple(out)
-
-
-def wilson(successes: int, trials: int) -> tuple[float, float]:
-    """95 % confidence interval of a share (Wilson 1927): right near 0 and 1 too."""
-    p, n, z = successes / trials, trials, _Z95
-    centre = (p + z * z / (2 * n)) / (1 + z * z / n)
-    half = z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
-    return float(max(0.0, centre - half)), float(min(1.0, centre + half))
 
 
 def evaluation_task(config: TaskConfig, *, randomised: bool = True) -> TaskConfig:

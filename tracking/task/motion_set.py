@@ -170,6 +170,6 @@ def _why_not(piece: NamedReference | None, robot: RobotModel, *, named: bool, be
     if named:
         raise TrackingError(
             str(piece.path), found=f"gates that failed: {missed}", expected="a reference inside its gates",
-            cure="cut the clip or choose another robot", option="anyway", suggestion=" ",
+            cure="retarget it again: it says why, and what to leave out", option="anyway", suggestion=" ",
         )  # fmt: skip
     return f"gates that failed: {missed}"

@@ -55,7 +55,7 @@ class Rolled:
         return module.Evaluation(
             rollouts=rollouts, finished=good, finished_low=0.0, finished_high=1.0, finished_in_place=good, survived_s=9.0,
             stood=1.0, stood_s=10.0, duration_s=10.0, body_error_mm=1.0, body_error_half_mm=0.1, global_error_mm=1.0,
-            joint_error_rad=0.1, causes={}, terms={}, seconds=(), best=np.zeros((1, 7)),
+            joint_error_rad=0.1, causes={}, terms={}, seconds=(), shown={},
         )  # fmt: skip
 
 

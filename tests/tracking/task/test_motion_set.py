@@ -113,7 +113,7 @@ def test_one_network_and_a_bundle_for_each(pieces, files, tmp_path):
     from cli.evaluate import main
 
     assert main([str(tmp_path / "r"), "--rollouts", "2", "--json", str(tmp_path / "r.json")]) == 1
-    assert set(json.loads((tmp_path / "r.json").read_text())) == {"long", "short"}
+    assert set(json.loads((tmp_path / "r.json").read_text())["results"]) == {"long", "short"}
     assert main([str(tmp_path / "r"), "--sweep"]) == 2
     spoilt = tmp_path / "r" / "short" / POLICY
     network = spoilt.read_bytes()
