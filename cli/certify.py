@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from cli.shell import BELOW_GATE, DONE, GATE, ClipPath, command, make_console, progress, write_text
+from cli.shell import GATE, ClipPath, TellOptions, Verdict, command, progress, tell
+from clips import write_whole
 from tracking import TrackingError
 
 
@@ -36,10 +37,11 @@ class Arguments:
     """Seed of noise and robots."""
     jobs: int = 0
     """Processes; 0: as many as the cores that this process may use."""
-    json: Path | None = None
+    certificate: Path | None = None
     """Where the certificate goes; by default into the bundle, as certificate.json."""
     page: Path | None = None
     """Where the page goes; by default into the bundle, as certificate.html."""
+    tell: TellOptions = field(default_factory=TellOptions)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -58,17 +60,22 @@ def run(args: Arguments) -> int:
         found = f"{args.half_width}, {args.each}, {args.most}"
         raise TrackingError("--half-width, --each, --most", found=found, expected="a share below 0.5, positive numbers")
     folder = load_bundle(args.bundle).folder
-    with progress("rollouts") as tell:
+    with progress("rollouts") as follow:
         certificate = certify(
             args.bundle, half_width=args.half_width, most=args.most, engines=engine_names(args.engine), each=args.each,
-            seed=args.seed, jobs=args.jobs or available_threads(), progress=tell,
+            seed=args.seed, jobs=args.jobs or available_threads(), progress=follow,
         )  # fmt: skip
-    console = make_console()
-    for line in certificate.lines():
-        console.print(line)
-    path = args.json or folder / CERTIFICATE
+    path, page = args.certificate or folder / CERTIFICATE, args.page or folder / "certificate.html"
     write_certificate(path, certificate)
-    console.print(f"wrote {path}")
-    page = args.page or folder / "certificate.html"
-    write_text(page, certificate_page(args.bundle.name, certificate), console)
-    return DONE if certificate.finished.interval[0] >= GATE - args.half_width else BELOW_GATE
+    with write_whole(page) as stream:
+        stream.write(certificate_page(args.bundle.name, certificate).encode())
+    line, *more = certificate.lines()
+    verdict = Verdict(
+        passed=certificate.finished.interval[0] >= GATE - args.half_width,
+        line=f"{args.bundle.name}: {line}",
+        notes=tuple(more),
+        written=(path, page),
+        steps=((f"dance-deploy {args.bundle} --rehearse", "over a robot's own messages, on this machine (G1)"),),
+        data={"certificate": asdict(certificate)},
+    )
+    return tell(verdict, args.tell)

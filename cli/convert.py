@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from cli.shell import DONE, ClipPath, FileOptions, Out, command, make_console
+from cli.shell import ClipPath, FileOptions, Out, TellOptions, Verdict, command, tell
 from clips import LAYOUTS, ClipError, RobotClip, read_back, read_clip, write_motion
 from robot_models import load_robot
 
@@ -32,6 +32,7 @@ class Arguments:
     out_fps: float | None = None
     """Frame rate to write; by default the clip's, or the one that the layout takes for granted."""
     file: FileOptions = field(default_factory=FileOptions)
+    tell: TellOptions = field(default_factory=TellOptions)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -41,7 +42,6 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read, write, read back."""
-    console = make_console()
     clip = read_clip(args.clip, args.file.reading())
     if not isinstance(clip, RobotClip):
         raise ClipError(
@@ -53,6 +53,10 @@ def run(args: Arguments) -> int:
     out: Path = args.out or args.clip.with_name(f"{args.clip.stem}_{args.to}{suffix}")
     motion = write_motion(out, args.to, clip, robot, args.out_fps)
     apart = read_back(out, motion, robot)
-    console.print(f"{motion.frames} frames at {motion.fps:g} fps for {robot.name}; read back to {apart:.1e} rad")
-    console.print(f"wrote {out} ({LAYOUTS[args.to].title})")
-    return DONE
+    verdict = Verdict(
+        passed=True,
+        line=f"{out}: {LAYOUTS[args.to].title}, {motion.frames} frames at {motion.fps:g} fps for {robot.name}",
+        numbers=(f"read back to {apart:.1e} rad",),
+        written=(out,),
+    )
+    return tell(verdict, args.tell)

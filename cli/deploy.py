@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cli.deploying import Arguments, check, checked
-from cli.shell import BELOW_GATE, DONE, Background, command, make_console
-from clips import write_whole
+from cli.deploying import Arguments, check, checked, performance_verdict
+from cli.shell import Background, command, make_console, tell
 
 if TYPE_CHECKING:
     from tracking.deploy import Outlet, Performance, RobotLimits, StateReader
@@ -32,26 +30,19 @@ def run(args: Arguments) -> int:
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         output = stack.enter_context(sdk_output_aside(folder / "controller.txt"))
-        console = make_console(file=output.people)
-        say = Background(console)
+        say = Background(make_console(file=output.people))
         stack.callback(say.close)
         performance = _perform(args, folder / "robot", say, parent)
         say.close()
         rehearsed = Rehearsed.read(folder / "robot", performance) if args.rehearse else None
         numbers = performance_numbers(performance, output.complaints(), rehearsed)
-        for name, value in numbers.items():
-            console.print(f"{name:<36} {value}")
-        if args.json is not None:
-            with write_whole(args.json) as stream:
-                stream.write(json.dumps(numbers, indent=1).encode())
-            console.print(f"wrote {args.json}")
         if args.recording is not None and rehearsed is not None:
             from cli.recordings import save_performance
 
             save_performance(args.recording, rehearsed, numbers)
-            console.print(f"wrote {args.recording}   open it: rerun {args.recording}")
-    wrong = bool(performance.tripped) or bool(numbers["messages with a bad CRC"]) or performance.dances < args.loops
-    return BELOW_GATE if wrong or (rehearsed is not None and rehearsed.fell) else DONE
+    return tell(
+        performance_verdict(numbers, args), args.tell, [f"{name:<36} {value}" for name, value in numbers.items()]
+    )
 
 
 def _perform(args: Arguments, log: Path, say: Callable[[str], None], parent: int) -> Performance:

@@ -6,13 +6,13 @@ import os
 import platform
 import shutil
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 
 from rich.table import Table
 from rich.text import Text
 
-from cli.shell import BELOW_GATE, DONE, PARTS, command, make_console
+from cli.shell import PARTS, TellOptions, Verdict, command, tell
 from robot_models import DanceError, import_or_refuse
 
 
@@ -24,35 +24,42 @@ class Arguments:
         dance-doctor
     """
 
+    tell: TellOptions = field(default_factory=TellOptions)
+
 
 def main(argv: list[str] | None = None) -> int:
     """Entry point of `dance-doctor`."""
     return command(Arguments, run, name="dance-doctor", argv=argv)
 
 
-def run(_args: Arguments) -> int:
+def run(args: Arguments) -> int:
     """One table, then what to type."""
     os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")
-    console, table, cures = (
-        make_console(),
+    table, cures, parts = (
         Table(box=None, pad_edge=False, show_header=False),
-        [],
+        list[tuple[str, str]](),
+        dict[str, list[str]](),
     )
-    for extra, (what, parts) in PARTS.items():
-        states = [_state(*part) for part in parts]
+    for extra, (what, needed) in PARTS.items():
+        states = parts[extra] = [_state(*part) for part in needed]
         wrong = [s for s in states if not s.endswith("ok")]
-        table.add_row(_mark(not wrong), extra, what, ", ".join(wrong) or f"{len(parts)} packages")
+        table.add_row(_mark(not wrong), extra, what, ", ".join(wrong) or f"{len(needed)} packages")
         if wrong:
             install = "dance-retarget" + ("" if extra == "base" else f"[{extra}]")
-            cures.append(f"{what}: pip install -c tested-versions.txt '{install}'")
+            cures.append((what, f"pip install -c tested-versions.txt '{install}'"))
     for name, value in _machine().items():
         table.add_row("", name, value, "")
     for name, (fine, said) in _robots().items():
         table.add_row(_mark(fine), f"robot {name}", said, "")
-    console.print(table)
-    for cure in cures:
-        console.print(cure)
-    return BELOW_GATE if any("retargeting" in cure for cure in cures) else DONE
+    broken = any("retargeting" in what for what, _ in cures)
+    missing = f"; {len(cures)} of {len(PARTS)} parts are not here" if cures else "; everything is here"
+    verdict = Verdict(
+        passed=not broken,
+        line=f"{'retargeting cannot work' if broken else 'retargeting works'}{missing}",
+        steps=tuple((cure, f"for {what}") for what, cure in cures),
+        data={"parts": parts, "machine": _machine()},
+    )
+    return tell(verdict, args.tell, shown=[table])
 
 
 def _state(distribution: str, module: str) -> str:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cli.shell import DONE, ClipPath, Out, command, make_console
+from cli.shell import ClipPath, Out, TellOptions, Verdict, command, tell
 from clips import folder_aside
 from tracking import TrackingError
 
@@ -34,6 +34,7 @@ class Arguments:
     """Folder of the bundle; a new one."""
     robot: str | None = None
     """Path of the robot's profile, where it is not a built-in one."""
+    tell: TellOptions = field(default_factory=TellOptions)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -60,7 +61,6 @@ def run(args: Arguments) -> int:
     from tracking import read_golden, replay
     from tracking.policy import CONTRACT, GOLDEN, POLICY, REFERENCE, write_beyondmimic, write_unitree
 
-    console = make_console()
     out = args.out or Path("bundles") / args.run.name
     if out.exists():
         raise TrackingError(str(out), found="something that is already there", expected="a new folder", option="out")
@@ -80,10 +80,16 @@ def run(args: Arguments) -> int:
             write_beyondmimic(beside / "beyondmimic.onnx", bundle)
         except TrackingError as e:  # a history, say: the bundle itself is whole without this form
             refused = str(e)
-    console.print(f"golden trace repeated to {apart:.1e}")
-    if refused:
-        console.print(f"no beyondmimic.onnx: {refused}")
-    for path in sorted(out.iterdir()):
-        console.print(f"wrote {path} ({path.stat().st_size / 1e6:.2f} MB)")
-    console.print(f"next: dance-eval {out} --engine all")
-    return DONE
+    verdict = Verdict(
+        passed=True,
+        line=f"{out}: a bundle that stands alone, for {bundle.robot.name}",
+        numbers=(f"golden trace repeated to {apart:.1e}",),
+        doubts=(f"no beyondmimic.onnx: {refused}",) if refused else (),
+        written=tuple(sorted(out.iterdir())),
+        steps=(
+            (f"dance-eval {out} --engine all", "judge it, in three engines"),
+            (f"dance-certify {out}", "how often it finishes, to a per cent"),
+            (f"dance-deploy {out} --rehearse", "over a robot's own messages, on this machine (G1)"),
+        ),
+    )
+    return tell(verdict, args.tell)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+import shlex
+from dataclasses import asdict, dataclass, field, replace
 
-from rich.console import Console
-from rich.table import Table
-
-from cli.shell import DONE, ClipPath, FileOptions, command, flag, make_console
-from clips import OPTIONAL, REQUIRED, Clip, ClipError, HumanClip, read_clip, repair
+from cli.inspecting import checks_table, evidence
+from cli.shell import DONE, ClipPath, FileOptions, TellOptions, Trouble, Verdict, again, command, tell
+from clips import Clip, ClipError, HumanClip, read_clip, repair
 from clips.checks import CHECKS
 
-_STYLES = {"holds": "", "doubtful": "yellow", "refused": "red", "cannot tell": "dim"}
 _ANY_RATE = 1.0  # stands in while a file without a rate is described; no number that depends on it is printed
 
 
@@ -27,6 +25,7 @@ class Arguments:
     clip: ClipPath
     """A motion file of any layout that is read (docs/formats.md)."""
     file: FileOptions = field(default_factory=FileOptions)
+    tell: TellOptions = field(default_factory=TellOptions)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -36,53 +35,37 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read and describe."""
-    console = make_console()
     clip, no_rate = _read(args)
     clip, trouble = (clip, "") if no_rate else _mended(clip, args.file.strict)
-
-    def tell(what: str, value: str, why: str, option: str = "") -> None:
-        override = f"   [{flag(option)}]" if option else ""
-        console.print(f"{what:<18} {value}\n{'':<18}   {why}{override}")
-
-    tell("dialect", clip.source.dialect, f"sha256 {clip.source.sha256[:16]}")
-    if no_rate:
-        tell("length", f"{clip.frames} frames", "the file does not say its rate", "fps")
-    else:
-        tell("length", f"{clip.frames} frames, {(clip.frames - 1) / clip.fps:.2f} s", f"at {clip.fps:.6g} per second")
-    for f in clip.source.findings:
-        if no_rate and f.what == "fps":
-            continue
-        tell(f.what, f.value, f"{f.confidence}: {f.why}", f.option)
-    if isinstance(clip, HumanClip):
-        tell("height", f"{clip.height:.2f} m", "measured: legs over 0.491 (Drillis & Contini)", "stature")
-        missing = [k for k in OPTIONAL if k not in clip.landmarks]
-        found = len([k for k in REQUIRED if k in clip.landmarks])
-        why = f"{found} of {len(REQUIRED)} needed landmarks; optional ones missing: {', '.join(missing) or 'none'}"
-        tell("points", str(len(clip.names)), why)
-        tell("landmarks", f"{len(clip.landmarks)}", ", ".join(f"{k} = {v}" for k, v in clip.landmarks.items()))
-    else:
-        tell("joints", f"{len(clip.joint_names)} of {clip.robot}", ", ".join(clip.joint_names))
-    for note in clip.source.conversions:
-        tell("converted", note, "")
-    for mended in clip.source.repairs:
-        tell("repaired", str(mended), "--strict refuses it")
-    if not no_rate:
-        _print_checks(console, clip)
-    if trouble:
-        tell("cannot be used", trouble, "")
-    return DONE
+    verdict = _verdict(args, clip, no_rate, trouble)
+    table = [] if no_rate else [checks_table(clip)]
+    return tell(verdict, args.tell, shown=[*evidence(clip, no_rate), *table])
 
 
-def _print_checks(console: Console, clip: Clip) -> None:
-    """What the recording was asked: whether it is a person moving, or a robot."""
-    table = Table(
-        "check", "measured", "a person shows", "verdict", "where", box=None, pad_edge=False, header_style="bold"
+def _verdict(args: Arguments, clip: Clip, no_rate: bool, trouble: str) -> Verdict:
+    """Whether it can be used, as it is."""
+    whose = f"{clip.robot}'s joints" if not isinstance(clip, HumanClip) else "a person"
+    length = f"{clip.frames} frames" if no_rate else f"{(clip.frames - 1) / clip.fps:.1f} s at {clip.fps:.6g} fps"
+    known = f"{clip.source.file}: {clip.source.dialect}, {whose}, {length}"
+    doubtful = (
+        []
+        if no_rate
+        else [f"{c.what}: {c.value}" for c in (check(clip) for check in CHECKS) if c.verdict == "doubtful"]
     )
-    for question in CHECKS:
-        check = question(clip)
-        cells = (check.what, check.value, check.limit, check.verdict, check.where)
-        table.add_row(*cells, style=_STYLES[check.verdict])
-    console.print(table)
+    troubles = [Trouble(what=f"cannot be used: {trouble}")] if trouble else []
+    if no_rate:
+        troubles.append(Trouble(what="the file does not say its rate", cures=(("state it", again({"--fps": "30"})),)))
+    return Verdict(
+        passed=not troubles,
+        code=DONE,  # the question, what it is, is answered
+        line=known,
+        doubts=tuple(doubtful),
+        troubles=tuple(troubles),
+        steps=()
+        if troubles
+        else ((f"dance-retarget {shlex.quote(str(args.clip))}", "bring it to a robot; --robot g1"),),
+        data={"source": asdict(clip.source), "frames": clip.frames, "fps": None if no_rate else clip.fps},
+    )
 
 
 def _mended(clip: Clip, strict: bool) -> tuple[Clip, str]:

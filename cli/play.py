@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cli.shell import BELOW_GATE, DONE, ClipPath, command, make_console, progress
+from cli.shell import ClipPath, TellOptions, Verdict, command, progress, tell
 from clips import OutputError
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ class Arguments:
     """Of the film, in pixels."""
     height: int = 720
     """Of the film, in pixels."""
+    tell: TellOptions = field(default_factory=TellOptions)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -63,21 +64,21 @@ def run(args: Arguments) -> int:
     else:
         show = stream_policy(args.what, args.robot, args.seed, args.ref)
     shown = _film(show, args) if args.film is not None else show_live(show)
-    console = make_console()
     fell = shown < show.frames
-    console.print(
-        f"{show.robot.name}: {shown / show.fps:.1f} of {show.frames / show.fps:.1f} s" + ", then it fell" * fell
+    how = ", then it fell" if fell else ""
+    verdict = Verdict(
+        passed=not fell,
+        line=f"{show.robot.name}: {shown / show.fps:.1f} of {show.frames / show.fps:.1f} s{how}",
+        written=() if args.film is None else (args.film,),
     )
-    if args.film is not None:
-        console.print(f"wrote {args.film} ({args.film.stat().st_size / 1e6:.1f} MB)")
-    return BELOW_GATE if fell else DONE
+    return tell(verdict, args.tell)
 
 
 def _film(show: PoseStream, args: Arguments) -> int:
     from cli.recordings import write_film
 
-    with progress("frames") as tell:
+    with progress("frames") as follow:
         return write_film(
             args.film or Path(), show.robot, show.poses, show.fps, (args.width, args.height),
-            frames=show.frames, progress=tell,
+            frames=show.frames, progress=follow,
         )  # fmt: skip

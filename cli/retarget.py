@@ -5,7 +5,17 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from cli.retargeting import Arguments, Danced, check_one, details_of, is_batch, report_table, retarget_all, verdict_of
+from cli.retargeting import (
+    Arguments,
+    Danced,
+    check_one,
+    details_of,
+    is_batch,
+    report_table,
+    retarget_all,
+    stretches,
+    verdict_of,
+)
 from cli.shell import command, progress, tell
 from clips import at_speed, cut, read_clip, repair, save_reference
 from retarget import (
@@ -30,7 +40,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read, retarget, save, report."""
-    if is_batch(args.clip):
+    if is_batch(args):
         return retarget_all(args)
     check_one(args)
     robot = load_robot(args.robot)
@@ -50,7 +60,7 @@ def run(args: Arguments) -> int:
 
 def _read_all(args: Arguments) -> list[Danced]:
     """What is danced, in order."""
-    parts = [_read(args.clip, args, *stretch) for stretch in args.stretches()]
+    parts = [_read(args.clip, args, *stretch) for stretch in stretches(args)]
     return [*parts, *(_read(path, args) for path in args.then)] * args.loop
 
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 import clips.samples
 from cli.retargeting import report_table
 from cli.robot_arguments import Add, Arguments, Check
-from cli.shell import BELOW_GATE, DONE, command, make_console
+from cli.shell import TellOptions, Trouble, Verdict, command, tell
 from clips import OutputError, cut, read_clip, write_whole
 from retarget.workflows import check_robot
-from robot_models import RobotModel, find_profile, installed, load_robot, robot_names
+from robot_models import find_profile, installed, load_robot, robot_names
 from robot_models.draft import STANDS_S, draft_profile, without_overlaps
 
 _SAMPLE = Path(clips.samples.__path__[0]) / "groove.bvh"
@@ -28,26 +27,31 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Do one of the three."""
-    console = make_console()
     if isinstance(args.do, Add):
-        return _add(args.do, console)
+        return _add(args.do)
     if isinstance(args.do, Check):
-        return _check(load_robot(args.do.robot), args.do.out or Path(), console)
-    return _list(console)
+        return _check(args.do.robot, args.do.out or Path(), args.do.tell)
+    return _list(args.do.tell)
 
 
-def _list(console: Console) -> int:
+def _list(options: TellOptions) -> int:
     table = Table(box=None, pad_edge=False, header_style="bold")
     for column in ("robot", "", "here", "bring it"):
         table.add_column(column)
     for name in robot_names():
         profile = find_profile(name)
         table.add_row(name, profile.title, "yes" if installed(name) else "no", profile.source.install)
-    console.print(table)
-    return DONE
+    here = [name for name in robot_names() if installed(name)]
+    verdict = Verdict(
+        passed=True,
+        line=f"{len(here)} of {len(robot_names())} robots are here: {', '.join(here)}",
+        steps=(("dance-robot add my_robot.urdf", "bring your own"),),
+        data={"robots": {name: installed(name) for name in robot_names()}},
+    )
+    return tell(verdict, options, shown=[table])
 
 
-def _add(args: Add, console: Console) -> int:
+def _add(args: Add) -> int:
     name = args.name or re.sub(r"\W+", "_", args.model.stem).lower()
     out = args.out or Path(f"{args.model.stem}.toml")
     if out.suffix != ".toml":
@@ -61,10 +65,8 @@ def _add(args: Add, console: Console) -> int:
     _write(out, draft.text)
     draft = without_overlaps(draft, out)
     _write(out, draft.text)
-    console.print(f"wrote {out}; guessed, look at each of them:", style="bold")
-    for guess in draft.guesses:
-        console.print(f"  {guess}")
-    return _check(load_robot(str(out)), out.parent, console)
+    guesses = (f"drafted {out}; look at each of its guesses:", *(f"  {guess}" for guess in draft.guesses))
+    return _check(str(out), out.parent, args.tell, guesses)
 
 
 def _write(path: Path, text: str) -> None:
@@ -72,26 +74,35 @@ def _write(path: Path, text: str) -> None:
         stream.write(text.encode())
 
 
-def _check(robot: RobotModel, folder: Path, console: Console) -> int:
-    """Stand, dance, and say what to mend."""
+def _check(name: str, folder: Path, options: TellOptions, notes: tuple[str, ...] = ()) -> int:
+    """Stand, dance, and say what to mend; a robot by its name, or the path of its profile."""
     from cli.recordings import save_retargeting, save_still
 
+    robot = load_robot(name)
     check = check_robot(robot, cut(read_clip(_SAMPLE), 0.0, _TEST_S))
-    console.print(
-        f"{robot.profile.title}: {robot.model.body_mass.sum():.1f} kg, root {robot.default_qpos[2]:.2f} m up; "
-        f"stands {check.stood_s:.1f} of {STANDS_S:.0f} s on its gains"
-    )
-    console.print(report_table(check.result.report))
-    recording, still = folder / f"{robot.name}_check.rrd", folder / f"{robot.name}_check.png"
-    save_retargeting(recording, check.result)
-    console.print(f"wrote {recording}   open it: rerun {recording}")
+    written = [folder / f"{robot.name}_check.rrd"]
+    save_retargeting(written[0], check.result)
+    still, no_picture = folder / f"{robot.name}_check.png", ""
     try:
         save_still(still, check.result)
-        console.print(f"wrote {still}: the person and the robot side by side")
+        written.append(still)
     except OutputError as e:  # no OpenGL: the recording shows the same
-        console.print(f"no picture: {e}")
-    for line in check.to_mend:
-        console.print(f"look at {line}", style="yellow")
-    if not check.to_mend:
-        console.print("all gates hold", style="green")
-    return BELOW_GATE if check.to_mend else DONE
+        no_picture = f"no picture: {e}"
+    verdict = Verdict(
+        passed=not check.to_mend,
+        line=f"{robot.profile.title}: {f'{len(check.to_mend)} things to look at' if check.to_mend else 'ready to dance'}",
+        numbers=(
+            f"{robot.model.body_mass.sum():.1f} kg",
+            f"root {robot.default_qpos[2]:.2f} m up",
+            f"stands {check.stood_s:.1f} of {STANDS_S:.0f} s on its gains",
+        ),
+        notes=(*notes, *([no_picture] if no_picture else [])),
+        troubles=tuple(Trouble(what=f"look at {line}") for line in check.to_mend),
+        written=tuple(written),
+        steps=(
+            (f"rerun {written[0]}", "look at it"),
+            (f"dance-retarget CLIP --robot {name}", "a dance of yours"),
+        ),
+        data={"report": check.result.report.as_dict()},
+    )
+    return tell(verdict, options, [report_table(check.result.report)])

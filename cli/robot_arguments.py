@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import tyro
 
-from cli.shell import ClipPath, Out
+from cli.shell import ClipPath, Out, TellOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +27,7 @@ class Add:
     """Of the robot; default: the file's name."""
     overwrite: bool = False
     """Write over a profile that is there."""
+    tell: TellOptions = field(default_factory=TellOptions)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,11 +43,14 @@ class Check:
     """A built-in robot or the path of a profile."""
     out: Out = None
     """Folder for the recording; default: the current one."""
+    tell: TellOptions = field(default_factory=TellOptions)
 
 
 @dataclass(frozen=True, kw_only=True)
 class List:
     """The built-in robots, and which of them are installed."""
+
+    tell: TellOptions = field(default_factory=TellOptions)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from cli.shell import BELOW_GATE, DONE, ClipPath, command, make_console
+from cli.shell import ClipPath, TellOptions, Trouble, Verdict, command, tell
 from clips import Reference, load_reference
 from robot_models import RobotModel, load_robot
 
@@ -29,6 +29,7 @@ class Arguments:
     """The clip that it was made from; by default a file of its name beside it."""
     robot: str | None = None
     """Path of the robot's profile, where it is not a built-in one."""
+    tell: TellOptions = field(default_factory=TellOptions)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -37,38 +38,47 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def run(args: Arguments) -> int:
-    """Check everything, one line each; what is broken is refused by `load_reference` itself."""
-    console = make_console()
+    """Check everything; what is broken is refused by `load_reference` itself."""
     robot = load_robot(args.robot or load_reference(args.reference).robot)
     reference = load_reference(args.reference, robot)
-    console.print(f"ok    {reference.frames} frames at {reference.fps:g} fps, every key finite and of its shape")
-    console.print(f"ok    bodies follow from the joints of {robot.name}, hash {robot.hash[:12]}")
-    torques = _torques(reference, robot)
-    console.print(torques)
+    fine = [
+        f"{reference.frames} frames at {reference.fps:g} fps, every key finite and of its shape",
+        f"bodies follow from the joints of {robot.name}, hash {robot.hash[:12]}",
+    ]
+    wrong = [f"gate missed when it was made: {gate}" for gate in reference.failed_gates]
+    for good, said in filter(None, (_torques(reference, robot), _source(args, reference))):
+        (fine if good else wrong).append(said)
+    if not reference.failed_gates:
+        fine.append("gates: all held when it was made")
+    verdict = Verdict(
+        passed=not wrong,
+        line=f"{args.reference}: {'whole, and what it was' if not wrong else f'whole, but not right: {len(wrong)} of its checks'}",
+        notes=tuple(fine),
+        troubles=tuple(Trouble(what=said) for said in wrong),
+        steps=()
+        if wrong
+        else ((f"dance-train --ref {args.reference} --check-ref", "is it worth training on? seconds"),),
+    )
+    return tell(verdict, args.tell)
+
+
+def _source(args: Arguments, reference: Reference) -> tuple[bool, str]:
+    """Whether the clip that it was made from is still the same."""
     told = reference.meta.get("source", {})
     file = args.source or args.reference.with_name(str(told.get("file", "")))
-    fine = True
-    if file.is_file():
-        fine = hashlib.sha256(file.read_bytes()).hexdigest() == told.get("sha256")
-        said = "is what it was made from" if fine else "is not what it was made from: other bytes"
-        console.print(f"{'ok   ' if fine else 'FAIL '} {file} {said}")
-    else:
-        console.print(
-            f"-     made from {told.get('file', 'an unknown file')}, which is not here: name it with --source"
-        )
-    missed = reference.failed_gates
-    console.print(f"{'FAIL ' if missed else 'ok   '} gates: {', '.join(missed) or 'all held when it was made'}")
-    return DONE if fine and not missed and not torques.startswith("FAIL") else BELOW_GATE
+    if not file.is_file():
+        return True, f"made from {told.get('file', 'an unknown file')}, which is not here: name it with --source"
+    same = hashlib.sha256(file.read_bytes()).hexdigest() == told.get("sha256")
+    return same, f"{file} {'is what it was made from' if same else 'is not what it was made from: other bytes'}"
 
 
-def _torques(reference: Reference, robot: RobotModel) -> str:
+def _torques(reference: Reference, robot: RobotModel) -> tuple[bool, str]:
     """What the stored torques say beside the inverse dynamics of the motion, where Pinocchio is at hand."""
     if reference.joint_torque is None:
-        return "-     no torques inside"
+        return True, "no torques inside"
     if importlib.util.find_spec("pinocchio") is None:
-        return "-     torques not compared: Pinocchio is not installed"
+        return True, "torques not compared: Pinocchio is not installed"
     from retarget.dynamics import torque_misfit
 
     off = torque_misfit(reference, robot)
-    fine = off <= _TORQUE_TOLERANCE
-    return f"{'ok   ' if fine else 'FAIL '} torques {off:.1e} efforts off the inverse dynamics of the motion"
+    return off <= _TORQUE_TOLERANCE, f"torques {off:.1e} efforts off the inverse dynamics of the motion"

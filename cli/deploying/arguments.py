@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from cli.shell import ClipPath
+from cli.shell import ClipPath, TellOptions
 from tracking import TrackingError
 
 _LONGEST = 600.0  # of a stand [s]
@@ -53,10 +53,9 @@ class Arguments:
     """Something that goes wrong in the rehearsal, to see what becomes of it: tilt, battery, remote, silence, ..."""
     fault_after: float = 4.0
     """When, after the robot was first told to be stiff [s]."""
-    json: Path | None = None
-    """Write the numbers here."""
     recording: Path | None = None
     """Write a Rerun recording of the rehearsal here."""
+    tell: TellOptions = field(default_factory=TellOptions)
 
 
 def check(args: Arguments) -> None:

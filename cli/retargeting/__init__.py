@@ -3,6 +3,17 @@
 from cli.retargeting.arguments import Arguments, check_one
 from cli.retargeting.batch import is_batch, retarget_all
 from cli.retargeting.report_table import report_table
+from cli.retargeting.stretches import stretches
 from cli.retargeting.verdict import Danced, details_of, verdict_of
 
-__all__ = ["Arguments", "Danced", "check_one", "details_of", "is_batch", "report_table", "retarget_all", "verdict_of"]
+__all__ = [
+    "Arguments",
+    "Danced",
+    "check_one",
+    "details_of",
+    "is_batch",
+    "report_table",
+    "retarget_all",
+    "stretches",
+    "verdict_of",
+]

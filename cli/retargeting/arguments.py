@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+import tyro
 
 from cli.shell import ClipPath, FileOptions, Out, TellOptions
 from clips import OutputError
@@ -23,18 +25,18 @@ class Arguments:
         dance-retarget verse.bvh --then chorus.bvh verse.bvh -o song.npz
         dance-retarget fast.bvh --fit-dynamics
         dance-retarget dance.bvh --drop 13.8-14.3 20-21.5
-        dance-retarget clips/ -o references --robot g1,dancer --jobs 2
+        dance-retarget clips/ more/verse.bvh -o references --robot g1,dancer --jobs 2
         dance-retarget /shared/clips -o /shared/references --ray 10.0.0.5:6379
     """
 
-    clip: ClipPath
-    """A motion file, which is known by its content; or a folder of them, or a pattern like 'mocap/*.bvh'."""
+    clips: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    """A motion file, which is known by its content; or several, folders of them, patterns like 'mocap/*.bvh'."""
     robot: str = DEFAULT_ROBOT
-    """A built-in robot (dancer, g1, jvrc1, ...) or the path of a profile (.toml); for a folder, several with commas."""
+    """A built-in robot (dancer, g1, jvrc1, ...) or the path of a profile (.toml); several with commas."""
     out: Out = None
-    """The reference to write; default: <clips>_<robot>.npz in the current folder. For a folder of clips: a folder."""
+    """The reference to write; default: <clips>_<robot>.npz in the current folder. Of several clips: a folder."""
     jobs: int | None = None
-    """Processes for a folder of clips; default: one per core that may be used."""
+    """Processes for several clips; default: one per core that may be used."""
     ray: str | None = None
     """Work on a Ray cluster instead: its host:port, 'auto' for this machine's, 'local' to start one here."""
     start: float = 0.0
@@ -74,44 +76,16 @@ class Arguments:
     file: FileOptions = field(default_factory=FileOptions)
     tell: TellOptions = field(default_factory=TellOptions)
 
-    def stretches(self) -> list[tuple[float, float | None]]:
-        """Seconds of the clip that are danced, (start, end), in order; an end of None is the clip's.
-
-        Raises:
-            RetargetError: what shall be dropped is no stretch of seconds, or everything.
-        """
-        kept, at = list[tuple[float, float | None]](), self.start
-        for a, b in sorted(map(_seconds, self.drop)):
-            if a > at:
-                kept.append((at, a))
-            at = max(at, b)
-        if self.end is None or at < self.end:
-            kept.append((at, self.end))
-        kept = [
-            (a, b if self.end is None or b is None else min(b, self.end))
-            for a, b in kept
-            if self.end is None or a < self.end
-        ]
-        if not kept:
-            raise RetargetError(f"--drop {' '.join(self.drop)}", found="nothing left", expected="something to dance")
-        return kept
+    @property
+    def clip(self) -> Path:
+        """The clip, where it is one; of several the first."""
+        return self.clips[0]
 
     def config(self) -> RetargetConfig:
         """The numbers of every stage, with what was stated."""
         return replace(
             RetargetConfig(), solver=self.solver, fps=self.out_fps, lead_in_s=self.lead_in, lead_out_s=self.lead_out
         )
-
-
-def _seconds(stretch: str) -> tuple[float, float]:
-    """`13.8-14.3` as numbers."""
-    try:
-        start, end = map(float, stretch.split("-"))
-    except ValueError:
-        start, end = 0.0, 0.0
-    if not 0.0 <= start < end < float("inf"):
-        raise RetargetError(f"--drop {stretch}", found="no stretch of seconds", expected="start-end, as 13.8-14.3")
-    return start, end
 
 
 def check_one(args: Arguments) -> None:

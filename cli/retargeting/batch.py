@@ -3,38 +3,34 @@
 from __future__ import annotations
 
 import glob
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 from cli.retargeting.arguments import Arguments
-from cli.retargeting.batch_table import print_outcomes
-from cli.shell import BELOW_GATE, DONE, REFUSED, interrupted_by_signals, make_console, progress
+from cli.retargeting.batch_verdict import batch_verdict, outcome_lines, outcome_table
+from cli.shell import interrupted_by_signals, progress, tell
 from clips import ClipError, OutputError, write_whole
 from retarget import RetargetError
 from retarget.workflows import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
 from robot_models.maths import available_threads
 
 
-def is_batch(clip: Path) -> bool:
-    """A folder, or a pattern of names that is no file itself."""
-    return clip.is_dir() or (not clip.exists() and glob.has_magic(str(clip)))
+def is_batch(args: Arguments) -> bool:
+    """Whether more is asked for than one clip on one robot: folders, patterns of names, several of either."""
+    several = len(args.clips) > 1 or "," in args.robot
+    return several or args.clip.is_dir() or (not args.clip.exists() and glob.has_magic(str(args.clip)))
 
 
 def retarget_all(args: Arguments) -> int:
     """Run the batch and print its table."""
-    console = make_console()
     _check(args)
     folder = args.out or Path("references")
-    clips = (
-        motion_files(args.clip, but=folder)
-        if args.clip.is_dir()
-        else sorted(map(Path, glob.glob(str(args.clip), recursive=True)))
-    )
-    if folder.resolve() == args.clip.resolve():
+    if folder.resolve() in [clip.resolve() for clip in args.clips]:
         raise OutputError(f"--out {folder}", found="the folder of the clips", expected="another: results are no clips")
+    clips = list(dict.fromkeys(clip for named in args.clips for clip in _files(named, folder)))
     if not clips:
-        raise ClipError(str(args.clip), found="no motion file", expected="BVH, CSV, PKL, NPZ, AMC, C3D or txt below it")
+        named = " ".join(map(str, args.clips))
+        raise ClipError(named, found="no motion file", expected="BVH, CSV, PKL, NPZ, AMC, C3D or txt below it")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as e:
@@ -46,19 +42,23 @@ def retarget_all(args: Arguments) -> int:
     outcomes: list[Outcome] = []
     table = folder / "summary.csv"
     try:
-        with interrupted_by_signals(), progress("clips") as tell:
+        with interrupted_by_signals(), progress("clips") as follow:
             for outcome in _outcomes(jobs, config, args):
                 outcomes.append(outcome)
-                tell("retarget", len(outcomes), len(jobs), f"{Path(outcome.clip).name}: {outcome.verdict}")
+                follow("retarget", len(outcomes), len(jobs), f"{Path(outcome.clip).name}: {outcome.verdict}")
     finally:  # also of a batch that is stopped: what was done is told, and found again
         outcomes.sort(key=lambda o: (o.clip, o.robot))
         _save(table, outcomes)
-    print_outcomes(console, outcomes)
-    console.print(f"wrote {table} and {sum(o.verdict != 'exclude' for o in outcomes)} references in {folder}")
-    verdicts = Counter(o.verdict for o in outcomes)
-    if verdicts["exclude"] == len(outcomes):
-        return REFUSED
-    return DONE if set(verdicts) <= {"keep", "down-weight"} else BELOW_GATE
+    return tell(batch_verdict(outcomes, table), args.tell, outcome_lines(outcomes), [outcome_table(outcomes)])
+
+
+def _files(named: Path, folder: Path) -> list[Path]:
+    """The clips that a name on the command line stands for; results of earlier batches in `folder` are none."""
+    if named.is_dir():
+        return motion_files(named, but=folder)
+    if not named.exists() and glob.has_magic(str(named)):
+        return sorted(map(Path, glob.glob(str(named), recursive=True)))
+    return [named]
 
 
 def _outcomes(jobs: list[Job], config: BatchConfig, args: Arguments) -> Iterator[Outcome]:
@@ -93,6 +93,6 @@ def _check(args: Arguments) -> None:
     ]  # fmt: skip
     if given:
         raise RetargetError(
-            ", ".join(given), found="a folder of clips beside it", expected="one clip",
+            ", ".join(given), found="several clips or robots beside it", expected="one clip, one robot",
             cure="retarget that clip by itself",
         )  # fmt: skip

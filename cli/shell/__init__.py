@@ -6,7 +6,7 @@ from cli.shell.interrupts import interrupted_by_signals
 from cli.shell.options import ClipPath, FileOptions, Out
 from cli.shell.progress_bar import progress
 from cli.shell.telling import TellOptions, tell
-from cli.shell.terminal import BELOW_GATE, DONE, GATE, REFUSED, command, flag, write_text
+from cli.shell.terminal import BELOW_GATE, DONE, GATE, REFUSED, SOME_REFUSED, command, flag, write_text
 from cli.shell.typed import again
 from cli.shell.verdict import Trouble, Verdict
 
@@ -16,6 +16,7 @@ __all__ = [
     "GATE",
     "PARTS",
     "REFUSED",
+    "SOME_REFUSED",
     "Background",
     "ClipPath",
     "FileOptions",

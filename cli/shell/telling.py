@@ -32,7 +32,13 @@ class TellOptions:
         return make_console(stderr=self.json == _STDOUT, **options)
 
 
-def tell(verdict: Verdict, options: TellOptions, details: Sequence[Any] = (), shown: Sequence[Any] = ()) -> int:
+def tell(
+    verdict: Verdict,
+    options: TellOptions,
+    details: Sequence[Any] = (),
+    shown: Sequence[Any] = (),
+    console: Console | None = None,
+) -> int:
     """Print a verdict, and with --verbose what it follows from; returns the exit code.
 
     Args:
@@ -40,8 +46,9 @@ def tell(verdict: Verdict, options: TellOptions, details: Sequence[Any] = (), sh
         options: how to tell it.
         details: tables and lines of everything that was measured.
         shown: tables that are the answer, and come without being asked for.
+        console: where words go, if elsewhere.
     """
-    console = options.console()
+    console = console or options.console()
     console.print(_mark(console, verdict))
     for line in (f"  {'; '.join(verdict.numbers)}" if verdict.numbers else None, *(f"  {n}" for n in verdict.notes)):
         if line is not None:

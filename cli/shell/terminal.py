@@ -1,6 +1,6 @@
 """What every command shares: parsing, refusals in two lines, exit codes.
 
-Exit codes: 0 done; 1 done, below the quality gate; 2 input refused.
+Exit codes: 0 done; 1 done, below the quality gate; 2 input refused; 3 done, but of several inputs some were refused.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from clips.identify import MappingNeededError
 from robot_models import DanceError, __version__
 from robot_models.incoming import printable
 
-DONE, BELOW_GATE, REFUSED = 0, 1, 2
+DONE, BELOW_GATE, REFUSED, SOME_REFUSED = 0, 1, 2, 3
 GATE = 0.95  # share of a policy's rollouts that shall finish
 T = TypeVar("T")
 

@@ -24,7 +24,7 @@ from retarget.pipeline import Retargeted, retarget
 from robot_models import DanceError, __version__, load_robot
 
 SUFFIXES = (".bvh", ".csv", ".pkl", ".npz", ".amc", ".c3d", ".txt", ".motion")
-_FORMAT = 2
+_FORMAT = 3
 Verdict = Literal["keep", "down-weight", "quarantine", "exclude"]
 
 
@@ -64,6 +64,7 @@ class Outcome:
     took_s: float = 0.0
     metrics: dict[str, float] = field(default_factory=dict)
     failed: tuple[str, ...] = ()  # gates
+    why: tuple[str, ...] = ()  # they do not hold: when, which parts, whose fault
     hardest: tuple[str, ...] = ()
     skipped: bool = False  # it was there already, made from the same
 
@@ -179,6 +180,7 @@ def _judged(job: Job, key: str, result: Retargeted, config: BatchConfig) -> Outc
         seconds=result.reference.duration_s,
         metrics={str(key): value for key, value in metrics.items()},
         failed=tuple(m.label for m in result.report.failures),
+        why=tuple(map(str, result.diagnoses)),
         hardest=()
         if result.dynamics is None
         else tuple(map(str, hardest_stretches(result.dynamics, above=1.0, most=3))),
@@ -206,7 +208,7 @@ def _earlier(job: Job, key: str) -> Outcome | None:
         told = json.loads(_note(job).read_text())
         if told.pop("format") != _FORMAT or told["key"] != key:
             return None
-        told |= {k: tuple(told[k]) for k in ("failed", "hardest")} | {"skipped": True}
+        told |= {k: tuple(told[k]) for k in ("failed", "why", "hardest")} | {"skipped": True}
         return Outcome(**told)
     except (OSError, ValueError, KeyError, TypeError):  # a note of another version, or half a one: do it again
         return None
@@ -245,7 +247,7 @@ def summary_rows(outcomes: Iterable[Outcome]) -> list[dict[str, object]]:
     for o in outcomes:
         row: dict[str, object] = {
             "clip": o.clip, "robot": o.robot, "verdict": o.verdict, "seconds": o.seconds, "took_s": o.took_s,
-            "failed": "; ".join(o.failed), "hardest": "; ".join(o.hardest), "message": o.message,
+            "failed": "; ".join(o.failed), "why": "; ".join(o.why), "hardest": "; ".join(o.hardest), "message": o.message,
         }  # fmt: skip
         rows.append(row | {metric_label(key): value for key, value in o.metrics.items()})
     return rows

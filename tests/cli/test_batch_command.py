@@ -7,7 +7,7 @@ import pytest
 
 import cli.retargeting.batch
 from cli.retarget import main
-from cli.retargeting.batch import is_batch
+from cli.retargeting import Arguments, is_batch
 from retarget.workflows.batch import Outcome
 
 
@@ -51,7 +51,10 @@ def verdicts(monkeypatch):
 )
 def test_folders_and_patterns_are_batches_and_a_file_with_brackets_in_its_name_is_a_file(folder, name, batch):
     (folder / "take[1].bvh").write_text("x")
-    assert is_batch(Path(name)) is batch
+    assert is_batch(Arguments(clips=(Path(name),))) is batch
+    assert is_batch(Arguments(clips=(Path(name), Path("other.bvh")))) and is_batch(
+        Arguments(clips=(Path(name),), robot="g1,dancer")
+    )
 
 
 @pytest.mark.parametrize(
@@ -60,7 +63,8 @@ def test_folders_and_patterns_are_batches_and_a_file_with_brackets_in_its_name_i
         (("keep", "keep"), 0),
         (("keep", "down-weight"), 0),
         (("keep", "quarantine"), 1),
-        (("keep", "exclude"), 1),
+        (("keep", "exclude"), 3),
+        (("quarantine", "exclude"), 1),
         (("quarantine", "quarantine"), 1),
         (("exclude", "exclude"), 2),
     ],
@@ -70,7 +74,7 @@ def test_the_worst_of_the_verdicts_decides_the_exit_code(folder, verdicts, capsy
     assert main(["clips", "-o", "out"]) == code
     out = capsys.readouterr().out
     written = sum(v != "exclude" for v in said)
-    assert f"wrote out/summary.csv and {written} references in out" in out
+    assert f"{written} references in out" in out and "wrote out/summary.csv" in out
     with open(folder / "out" / "summary.csv", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert [row["clip"] for row in rows] == ["clips/a.bvh", "clips/b.bvh"]  # in order, however they came
@@ -114,9 +118,19 @@ def test_a_pattern_takes_what_matches_it_and_results_go_to_a_folder_of_their_own
 
 def test_why_a_clip_was_left_out_is_said_of_that_clip(folder, verdicts, capsys):
     verdicts("exclude", "quarantine", message="torn [in] two", failed=())
-    main(["clips", "-o", "out"])
+    main(["clips", "-o", "out", "--verbose"])
     out = capsys.readouterr().out
     assert "exclude: b.bvh on dancer: torn [in] two" in out and "quarantine: a.bvh on dancer: torn [in] two" in out
+
+
+def test_several_files_and_folders_on_one_line_are_each_taken_once_and_troubles_are_counted(folder, verdicts, capsys):
+    (folder / "more").mkdir()
+    (folder / "more" / "a.bvh").write_text("x")
+    seen = verdicts("exclude", "exclude", "keep", message="torn")
+    assert main(["clips", "more", "clips/a.bvh", "-o", "out"]) == 3
+    assert [str(job.clip) for job in seen[0][0]] == ["clips/a.bvh", "clips/b.bvh", "more/a.bvh"]
+    assert {job.out.name for job in seen[0][0]} == {"clips_a_bvh_dancer.npz", "b_dancer.npz", "more_a_bvh_dancer.npz"}
+    assert "2 x refused: torn: " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def test_a_missing_package_is_named_with_its_cure_and_fails_only_what_cannot_do_
     got, said = told(monkeypatch, capsys, parts)
     assert got == code and "no-such-package missing" in said
     wanted = "'dance-retarget'" if extra == "base" else "'dance-retarget[train]'"
-    assert f"{what}: pip install -c tested-versions.txt {wanted}" in said
+    assert f"pip install -c tested-versions.txt {wanted}   for {what}" in said
 
 
 def test_a_package_that_is_there_and_broken_is_not_well(monkeypatch, tmp_path):

@@ -1,6 +1,6 @@
 import pytest
 
-from cli import progress
+from cli.shell import progress_bar as progress
 
 
 @pytest.fixture

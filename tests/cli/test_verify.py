@@ -13,6 +13,6 @@ def test_a_gate_that_failed_when_the_reference_was_made_is_named(groove_file, tm
     broken = dataclasses.replace(reference, meta={**reference.meta, "report": report})
     save_reference(broken, tmp_path / "broken.npz")
     assert cli.verify.main([str(tmp_path / "broken.npz")]) == 1
-    assert "FAIL  gates: deepest self-collision" in capsys.readouterr().out
+    assert "missed when it was made: deepest self-collision" in capsys.readouterr().out
     assert cli.verify.main([str(groove_file)]) == 0  # the control: this one kept its gates
     assert "all held when it was made" in capsys.readouterr().out

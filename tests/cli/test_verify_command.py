@@ -28,7 +28,7 @@ def test_a_gate_that_was_missed_fails_by_name(alone, capsys):
     report[name] = report[name] | {"passed": False}
     save_reference(dataclasses.replace(reference, meta=reference.meta | {"report": report}), alone)
     assert main([str(alone)]) == 1
-    assert f"FAIL  gates: {metric_label(name)}" in capsys.readouterr().out
+    assert f"missed when it was made: {metric_label(name)}" in capsys.readouterr().out
 
 
 def test_a_source_of_the_same_name_beside_it_is_looked_at_unasked(alone, capsys):

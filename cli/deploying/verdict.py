@@ -1,0 +1,45 @@
+"""What a performance came to, on a robot, in a rehearsal, or dry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from cli.deploying.arguments import Arguments
+from cli.shell import Trouble, Verdict, again
+
+
+def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
+    """The verdict on a performance.
+
+    Args:
+        numbers: of it, as `performance_numbers` names them.
+        args: what was asked for.
+    """
+    stopped, bad, fell = numbers["stopped by"], numbers["messages with a bad CRC"], numbers.get("fell", False)
+    wrong = [
+        f"stopped by {stopped}; the robot was damped" if stopped != "nothing" else "",
+        f"{bad} messages with a bad CRC" if bad else "",
+        "the simulated robot fell" if fell else "",
+        "not every dance was finished" if numbers["dances finished"] < args.loops else "",
+    ]
+    troubles = tuple(Trouble(what=said) for said in wrong if said)
+    where = "a rehearsal" if args.rehearse else "a robot" if args.send else "a dry run, nothing sent"
+    median, late, worst = numbers["command period p50, p99, max [ms]"]
+    written = () if args.recording is None else (args.recording,)
+    look = (
+        (f"rerun {args.recording}", "look at it") if written else (again({"--recording": "rehearsal.rrd"}), "record it")
+    )
+    return Verdict(
+        passed=not troubles,
+        line=f"{args.bundle.name}, {where}: {numbers['dances finished']} of {args.loops} dances in {numbers['seconds']:.0f} s",
+        numbers=(
+            f"a command every {median} ms (99 %: {late}, most {worst})",
+            f"states at {numbers['states heard in a second, least [Hz]']} Hz at least",
+            f"stopped by {stopped}",
+        ),
+        troubles=troubles,
+        written=written,
+        steps=(look,) if args.rehearse else (),
+        data=dict(numbers),
+    )

@@ -1,0 +1,94 @@
+"""What became of every clip of a batch, as a table for the terminal."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from rich.table import Table
+from rich.text import Text
+
+from cli.shell import BELOW_GATE, DONE, REFUSED, SOME_REFUSED, Trouble, Verdict
+from clips import MetricKey
+from retarget.workflows import Outcome
+
+_COLUMNS = (  # of the table on the screen: metric, heading, digits
+    (MetricKey.PENETRATION, "floor mm", 1), (MetricKey.SELF_COLLISION, "self mm", 1),
+    (MetricKey.LIMB_DIRECTION_ERROR, "limbs deg", 1), (MetricKey.SLIDE_WORST, "slide mm", 1),
+    (MetricKey.IMPOSSIBLE_FRAMES, "physics %", 0),
+)  # fmt: skip
+_NAMED = 4  # jobs that are named of each trouble
+_STYLE = {"keep": "green", "down-weight": "yellow", "quarantine": "red", "exclude": "red"}
+
+
+def batch_verdict(outcomes: Sequence[Outcome], table: Path) -> Verdict:
+    """How many clips came to what, the commonest trouble first.
+
+    Exit code: 0 every reference inside its gates; 1 some below one; 2 nothing but refusals; 3 refusals beside good ones.
+    """
+    counts = Counter(str(o.verdict) for o in outcomes)
+    robots = list(dict.fromkeys(o.robot for o in outcomes))
+    refused, below = counts["exclude"], counts["quarantine"]
+    folder = table.parent
+    said = ", ".join(f"{counts[v]} {v}" for v in _STYLE if counts[v])
+    code = (
+        DONE if not refused + below else REFUSED if refused == len(outcomes) else BELOW_GATE if below else SOME_REFUSED
+    )
+    which = f" --robot {robots[0]}" if len(robots) > 1 else ""
+    good = len(outcomes) - refused - below
+    return Verdict(
+        passed=code == DONE,
+        code=code,
+        line=f"{len(outcomes)} references asked for: {said or 'none'}",
+        troubles=_troubles(outcomes),
+        written=(table,),
+        notes=(f"{len(outcomes) - refused} references in {folder}",),
+        steps=((f"dance-train --ref {folder} -o runs/{folder.name}{which}", "one policy for all of one robot"),)
+        if good
+        else (),
+        data={"outcomes": [asdict(o) for o in outcomes]},
+    )
+
+
+def _troubles(outcomes: Sequence[Outcome]) -> tuple[Trouble, ...]:
+    """What went wrong, the commonest first, and where."""
+    where: dict[str, list[str]] = {}
+    for o in outcomes:
+        for what in o.failed or ((f"refused: {o.message}",) if o.verdict == "exclude" else ()):
+            where.setdefault(what.replace(f"{o.clip}: ", "").replace(f"{Path(o.clip).name}: ", ""), []).append(_name(o))
+    ranked = sorted(where.items(), key=lambda pair: -len(pair[1]))
+    return tuple(
+        Trouble(what=f"{len(names)} x {what}: {', '.join(names[:_NAMED])}{', ...' if len(names) > _NAMED else ''}")
+        for what, names in ranked
+    )
+
+
+def _name(o: Outcome) -> str:
+    return f"{Path(o.clip).name} on {Path(o.robot).stem}"
+
+
+def outcome_table(outcomes: Sequence[Outcome]) -> Table:
+    """A row per job."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in ("verdict", "clip", "robot", "s", *(heading for _, heading, _ in _COLUMNS), ""):
+        left = column in ("verdict", "clip", "robot", "")
+        table.add_column(column, justify="left" if left else "right", no_wrap=True)
+    for o in outcomes:
+        numbers = [f"{o.metrics[m]:.{d}f}" if m in o.metrics else "" for m, _, d in _COLUMNS]
+        verdict, was_there = Text(o.verdict, style=_STYLE[o.verdict]), "was there" if o.skipped else ""
+        table.add_row(verdict, Path(o.clip).name, Path(o.robot).stem, f"{o.seconds:.1f}", *numbers, was_there)
+    return table
+
+
+def outcome_lines(outcomes: Sequence[Outcome]) -> list[str]:
+    """Why each is no better."""
+    lines = []
+    for o in outcomes:
+        why = "; ".join(o.why) or o.message
+        if o.verdict == "down-weight" and o.hardest:
+            why = f"hardest: {o.hardest[0]}"
+        if why:
+            lines.append(f"{o.verdict}: {_name(o)}: {why}")
+    return lines
