@@ -187,7 +187,6 @@ class RawFile:
             self.name,
             found="no frame rate in the file (no time column, no '# fps:' line)",
             expected="a stated one: a wrong guess would change every speed",
-            cure="state it",
+            cure="state it: Unitree's LAFAN1 files have 30, G1 Moves 60, SEED 120",
             option="fps",
-            suggestion="30",
         )

@@ -8,6 +8,7 @@ from clips.checks.floor_plane import FloorPlane, check_floor, fit_floor
 from clips.checks.foot_points import FootPoints, foot_points
 from clips.checks.gravity import check_gravity
 from clips.checks.jumps import check_jumps, pose_jumps, pose_steps
+from clips.checks.sway import likely_rate, sway_ratio
 from clips.checks.travel import check_travel
 from clips.clip import Clip
 
@@ -42,6 +43,8 @@ __all__ = [
     "fit_floor",
     "foot_points",
     "knees_ahead",
+    "likely_rate",
     "pose_jumps",
     "pose_steps",
+    "sway_ratio",
 ]

@@ -6,7 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
+from clips.checks import likely_rate, sway_ratio
 from clips.clip import Clip, HumanClip
+from clips.config import SWAY
 from clips.edit import travel_from_feet, travel_scaled
 from clips.errors import ClipError
 from clips.provenance import Finding, RawFile, ReadOptions
@@ -42,7 +44,7 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
                     raw.name, found=f"person '{options.person}' asked for", expected="1: files of this layout hold one person",
                     option="person", suggestion="1",
                 )  # fmt: skip
-            return _as_stated(reader.read(raw, options), options)
+            return _as_stated(_read(reader, raw, options), options)
     for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
         if raw.head.lstrip().startswith(magic):
             raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt", cure=cure)
@@ -52,6 +54,30 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
         expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt",
         cure="docs/formats.md lists every layout",
     )
+
+
+def _read(reader: ModuleType, raw: RawFile, options: ReadOptions) -> Clip:
+    """What a reader makes of a file; of one that does not say its rate, a refusal with the rate that its motion fits."""
+    try:
+        return reader.read(raw, options)
+    except ClipError as e:
+        if e.option != "fps" or options.fps is not None:
+            raise
+        rate = _likely_rate(reader, raw, options)
+        if rate is None:
+            raise
+        how = f"at {rate:g} frames per second the body sways over its standing feet as gravity has it"
+        raise ClipError(
+            e.where, found=f"{e.found}; {how}", expected=e.expected, cure=e.cure, option="fps", suggestion=f"{rate:g}"
+        ) from None
+
+
+def _likely_rate(reader: ModuleType, raw: RawFile, options: ReadOptions) -> float | None:
+    """The rate at which a file's body moves as bodies do; None where that is not clear, or something else is wrong."""
+    try:
+        return likely_rate({fps: sway_ratio(reader.read(raw, replace(options, fps=fps))) for fps in SWAY.rates})
+    except ClipError:
+        return None
 
 
 def _person_of(path: Path, options: ReadOptions) -> tuple[Path, ReadOptions]:

@@ -23,7 +23,16 @@ def test_headerless_csv_is_read_right_in_either_quaternion_order(tmp_path, motio
 def test_a_csv_without_a_rate_is_refused_with_the_option_that_gives_it(tmp_path, motion):
     with pytest.raises(ClipError) as e:
         read_clip(write_rows(tmp_path / "m.csv", motion))
-    assert (e.value.option, e.value.suggestion) == ("fps", "30")
+    assert (e.value.option, e.value.suggestion) == ("fps", "")  # who only stands sways at no rate
+
+
+@pytest.mark.parametrize(
+    ("file", "rate"), [("csv/g1moves/J_Dance12_LushLife.csv", "60"), ("csv/lafan1_g1_dance1_subject2.csv", "30")]
+)
+def test_a_csv_without_a_rate_is_judged_by_how_its_body_sways(shared, file, rate):
+    with pytest.raises(ClipError, match="sways over its standing feet") as e:
+        read_clip(shared / file)
+    assert (e.value.option, e.value.suggestion) == ("fps", rate)
 
 
 def test_a_rate_line_serves(tmp_path, motion):

@@ -81,7 +81,23 @@ def test_rollouts_count_until_they_fail_and_never_again():
     assert [(s.at_s, s.failed) for s in result.seconds] == [(0.0, 1), (1.0, 2), (2.0, 0)]
     assert result.hardest.at_s == 1.0
     assert result.terms == {"a": pytest.approx(1.0)}  # a mean over standing frames, whatever their number
-    assert len(result.best) == 26 and result.best[-1, 0] == 25.0
+    assert [len(path) for path in result.shown.values()] == [26, 13, 1]
+    assert list(result.shown) == ["best: finished", "median: fell at 1.2 s", "worst: fell at 0.0 s"]
+    assert result.shown["best: finished"][-1, 0] == 25.0
+
+
+def test_who_strays_has_not_fallen_and_the_three_ends_are_all_there_are():
+    strayed = judged([None, 0, 12, 12], cause="end_effector_height")
+    assert {name: share.count for name, share in strayed.outcomes.items()} == {"finished": 1, "strayed": 3, "fell": 0}
+    assert list(strayed.shown) == ["best: finished", "median: strayed at 1.2 s", "worst: strayed at 0.0 s"]
+    assert [len(path) for path in strayed.shown.values()] == [26, 26, 26]  # they dance on
+    fallen = judged([None, 0, 12, 12])
+    assert {name: share.count for name, share in fallen.outcomes.items()} == {"finished": 1, "strayed": 0, "fell": 3}
+    assert fallen.outcomes["fell"].interval == wilson(3, 4)
+    assert list(judged([None] * N).shown) == [
+        "best: finished",
+        "median: finished",
+    ]  # no failure, nothing failed to show
 
 
 def test_a_failure_after_the_end_changes_nothing():
@@ -146,7 +162,8 @@ def test_the_seed_decides_an_evaluation_and_progress_is_told_to_its_end(dancer, 
     ]
     assert runs[0].as_dict() == runs[1].as_dict() != runs[2].as_dict()
     assert [d for d, _ in told] == list(range(1, len(told) + 1)) and {s for _, s in told} == {500}
-    assert "best" not in runs[0].as_dict() and runs[0].best.shape[1] == 35
+    assert "shown" not in runs[0].as_dict()
+    assert all(path.shape[1] == 35 for path in runs[0].shown.values())
 
 
 def test_a_policy_alone_is_shown_what_the_task_observes(dancer, reference):
