@@ -76,8 +76,8 @@ def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, re
     if recordings is not None:
         from cli.recordings import save_comparison
 
-        both = {"loop B": baseline, "whole clip": ours.reference}
-        save_comparison(recordings / f"{path.stem}_{robot.name}.rrd", robot, source, both)
+        both = {"loop B": (robot, baseline), "whole clip": (robot, ours.reference)}
+        save_comparison(recordings / f"{path.stem}_{robot.name}.rrd", both, source)
     for solver, speed, told in (("B", rate_b, judged_b), ("ours", rate, judged)):
         numbers = " | ".join(f"{float(f'{told[name].value:.3g}'):g}" for name in COLUMNS)
         who = f"{path.stem} ({source.frames / config.fps:.0f} s), {robot.name}" if solver == "B" else ""

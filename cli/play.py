@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cli.shell import ClipPath, TellOptions, Verdict, command, progress, tell
+from cli.judging import reference_for
+from cli.shell import ClipPath, FileOptions, TellOptions, Verdict, command, progress, tell
 from clips import OutputError
 
 if TYPE_CHECKING:
@@ -28,7 +30,8 @@ class Arguments:
 
     what: ClipPath
     """Folder of a policy bundle, the name of one that comes with the package (groove-dancer, groove-g1), a tracker
-    with --ref (tracker-g1, or another lab's ONNX), or a reference (.npz), which is shown without physics."""
+    with --ref (tracker-g1, or another lab's ONNX), or a reference (.npz) or any tool's motion of a robot: shown
+    without physics."""
     ref: Path | None = None
     """What a tracker shall follow: any reference of its robot."""
     film: Path | None = None
@@ -41,6 +44,7 @@ class Arguments:
     """Of the film, in pixels."""
     height: int = 720
     """Of the film, in pixels."""
+    file: FileOptions = field(default_factory=FileOptions)
     tell: TellOptions = field(default_factory=TellOptions)
 
 
@@ -59,11 +63,15 @@ def run(args: Arguments) -> int:
         os.environ.setdefault("MUJOCO_GL", "egl")  # read when MuJoCo is first imported
     from tracking.evaluation import stream_policy, stream_reference
 
-    if args.what.suffix == ".npz":
-        show = stream_reference(args.what, args.robot)
-    else:
-        show = stream_policy(args.what, args.robot, args.seed, args.ref)
-    shown = _film(show, args) if args.film is not None else show_live(show)
+    with contextlib.ExitStack() as stack:
+        console = args.tell.console()
+        if args.what.is_file() and args.what.suffix not in (".onnx", ".pt", ".yaml"):
+            motion = stack.enter_context(reference_for(args.what, args.file, console))
+            show = stream_reference(motion or args.what, args.robot)
+        else:
+            ref = stack.enter_context(reference_for(args.ref, args.file, console))
+            show = stream_policy(args.what, args.robot, args.seed, ref)
+        shown = _film(show, args) if args.film is not None else show_live(show)
     fell = shown < show.frames
     how = ", then it fell" if fell else ""
     verdict = Verdict(

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cli.judging import as_references
 from cli.shell import DONE, GATE, REFUSED, command, progress, tell
 from cli.training import (
     Arguments,
@@ -35,12 +36,13 @@ def run(args: Arguments) -> int:
 
     together, follows = _started_by_torchrun()
     console = args.tell.console(quiet=follows)
-    chosen = select_references(args.ref, args.robot, below_gates=args.anyway or args.check_ref)
+    refs = as_references(args.ref, args.file, Path(), console)
+    chosen = select_references(refs, args.robot, below_gates=args.anyway or args.check_ref)
     for file, why in chosen.left_out:
         console.print(f"left out {file.name}: {why}", style="yellow")
     if args.check_ref:
-        return _check(args, chosen)
-    first = args.ref[0].resolve()
+        return _check(args, chosen, refs)
+    first = refs[0].resolve()
     name = first.name if first.is_dir() else first.stem
     folder = args.out or Path("runs") / (name if len(args.ref) == 1 else f"{len(chosen.pieces)}_references")
     teacher = _teacher(args, chosen, together)
@@ -61,7 +63,7 @@ def run(args: Arguments) -> int:
         from cli.recordings import save_training
 
         save_training(folder / "training.rrd", chosen.robot, chosen.pieces, result)
-    code = tell(run_verdict(result, args.ref), args.tell, run_details(result))
+    code = tell(run_verdict(result, refs), args.tell, run_details(result))
     return DONE if together else code  # torchrun takes every other code for a crash
 
 
@@ -71,12 +73,12 @@ def _started_by_torchrun() -> tuple[bool, bool]:
     return several, several and int(os.environ.get("RANK", "0")) > 0
 
 
-def _check(args: Arguments, chosen: Selection) -> int:
+def _check(args: Arguments, chosen: Selection, refs: list[Path]) -> int:
     from tracking import check_reference
 
     found = {p.name: check_reference(p.reference, chosen.robot, threads=args.threads) for p in chosen.pieces}
     tables = [detail for name, check in found.items() for detail in (name, check_table(check))]
-    return tell(check_verdict(found, args.ref), args.tell, tables)
+    return tell(check_verdict(found, refs), args.tell, tables)
 
 
 def _teacher(args: Arguments, chosen: Selection, together: bool) -> Path | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from cli.shell import ClipPath, TellOptions, Trouble, Verdict, command, tell
-from clips import Reference, load_reference
+from clips import Reference, ReferenceFileError, is_reference, load_reference
 from robot_models import RobotModel, load_robot
 
 _TORQUE_TOLERANCE = 1e-3  # efforts: single precision, and another machine's last bits
@@ -39,6 +39,11 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Check everything; what is broken is refused by `load_reference` itself."""
+    if args.reference.is_file() and not is_reference(args.reference):
+        raise ReferenceFileError(
+            str(args.reference), found="no reference of this project", expected="one, with its report and hashes",
+            cure=f"another tool's motion is judged as it stands: dance-report {args.reference}",
+        )  # fmt: skip
     robot = load_robot(args.robot or load_reference(args.reference).robot)
     reference = load_reference(args.reference, robot)
     fine = [

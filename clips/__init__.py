@@ -9,7 +9,7 @@ from clips.metrics import MetricKey, metric_key, metric_label
 from clips.provenance import Finding, Provenance, ReadOptions, Repair
 from clips.readers import read_clip
 from clips.reference import FREE, PIVOTING, PLANTED, Reference, make_reference
-from clips.reference_file import check_reference_against, load_reference, save_reference
+from clips.reference_file import check_reference_against, is_reference, load_reference, save_reference
 from clips.writers import LAYOUTS, read_back, write_motion
 from robot_models import __version__
 
@@ -42,6 +42,7 @@ __all__ = [
     "folder_aside",
     "full_qpos",
     "heights_and_speeds",
+    "is_reference",
     "load_reference",
     "make_reference",
     "metric_key",

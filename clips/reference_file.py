@@ -7,6 +7,7 @@ file unchanged. A reader holds velocities against positions, and bodies against 
 from __future__ import annotations
 
 import json
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -57,6 +58,15 @@ def save_reference(reference: Reference, path: Path, *, float32: bool = False) -
             segments=reference.segments,
             meta=np.array(json.dumps(meta, ensure_ascii=False, sort_keys=True)),
         )
+
+
+def is_reference(path: Path) -> bool:
+    """Whether a file says that it is a reference of this project, by the names of its arrays."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return {"meta.npy", "contact.npy", "segments.npy"} <= set(archive.namelist())
+    except (OSError, zipfile.BadZipFile):
+        return False
 
 
 def load_reference(path: Path, robot: RobotModel | None = None) -> Reference:

@@ -4,9 +4,9 @@ from retarget.config import ContactConfig, Gates, IkConfig, ObjectiveWeights, Re
 from retarget.dynamics import Dynamics, dynamics_of, flight_fit, hardest_stretches
 from retarget.errors import RetargetError
 from retarget.pipeline import Retargeted, retarget
-from retarget.report import Cure, Diagnosis, Metric, Report, Where, diagnose, measure
+from retarget.report import Cure, Diagnosis, Metric, Report, Where, diagnose, limb_angles, measure
 from retarget.targets import ContactEdit, KeyFrame, read_contacts, read_keys, write_contacts
-from retarget.workflows import FitConfig, Transition, fit_to_dynamics, retarget_sequence
+from retarget.workflows import FitConfig, Transition, as_it_stands, fit_to_dynamics, retarget_sequence
 from robot_models import __version__
 
 __all__ = [
@@ -29,11 +29,13 @@ __all__ = [
     "Where",
     "WholeClipConfig",
     "__version__",
+    "as_it_stands",
     "diagnose",
     "dynamics_of",
     "fit_to_dynamics",
     "flight_fit",
     "hardest_stretches",
+    "limb_angles",
     "measure",
     "read_contacts",
     "read_keys",

@@ -46,7 +46,7 @@ class Retargeted:
     report: Report
     sources: tuple[HumanClip, ...]  # at the reference's frame rate; one for each dance of the reference
     contacts: Contacts
-    targets: Targets
+    targets: Targets | None  # None where nothing was solved
     dynamics: Dynamics | None  # None where it was not asked for or Pinocchio is not installed
 
     @property

@@ -19,7 +19,7 @@ HOUSE = {
     "clips": "errors contact config files metrics provenance clip reference reference_file checks edit identify readers writers",
     "retarget": "errors config targets solver per_frame dynamics report pipeline workflows",
     "tracking": "errors config policy engines task evaluation training teaching envs deploy",
-    "cli": "shell recordings retargeting evaluating training deploying inspecting *",
+    "cli": "shell recordings retargeting evaluating training deploying inspecting judging *",
 }
 FLOORS = list(HOUSE)
 MOST_MODULES, MOST_LINES = 12, 300  # of a folder (readers are one per format), of a module

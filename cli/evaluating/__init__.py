@@ -1,8 +1,18 @@
 """`dance-eval`'s options, tables, sweeps and verdicts."""
 
 from cli.evaluating.arguments import Arguments
+from cli.evaluating.several import evaluate_each, evaluate_in
 from cli.evaluating.sweep import run_sweep
-from cli.evaluating.tables import brief, grid, rows_of, side_by_side
+from cli.evaluating.tables import rows_of, side_by_side
 from cli.evaluating.verdict import outcome_line, verdict_of
 
-__all__ = ["Arguments", "brief", "grid", "outcome_line", "rows_of", "run_sweep", "side_by_side", "verdict_of"]
+__all__ = [
+    "Arguments",
+    "evaluate_each",
+    "evaluate_in",
+    "outcome_line",
+    "rows_of",
+    "run_sweep",
+    "side_by_side",
+    "verdict_of",
+]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from cli.shell import ClipPath, TellOptions
+from cli.shell import ClipPath, FileOptions, TellOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,8 @@ class Arguments:
     tracker, with --ref: tracker-g1, or another lab's ONNX (docs/trackers.md). Also another tool's policy: an ONNX with
     BeyondMimic's metadata, or Unitree's deploy.yaml with its policy.onnx beside it."""
     ref: Path | None = None
-    """The reference that it shall perform, where it does not lie in the bundle: a tracker follows any of its robot."""
+    """The reference that it shall perform, where it does not lie in the bundle: a tracker follows any of its robot.
+    Another tool's motion is taken as it stands."""
     robot: str | None = None
     """Its robot, or the path of a profile, where the policy does not say."""
     engine: str = "mujoco"
@@ -52,4 +53,5 @@ class Arguments:
     """Write the sweep's table as a picture here."""
     recording: Path | None = None
     """Write a Rerun recording here: the best, the median and a failed rollout in each engine."""
+    file: FileOptions = field(default_factory=FileOptions)
     tell: TellOptions = field(default_factory=TellOptions)

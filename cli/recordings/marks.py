@@ -1,4 +1,4 @@
-"""Gates that do not hold, in a recording: red in the scene, a lane over time, a list whose times can be clicked."""
+"""Gates that do not hold, in a recording: red in the scene, a lane over time, a list to click; and lanes of contacts."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from numpy import ndarray
 
 from cli.recordings.scene import RED, Log, slug, timelines
-from clips import MetricKey, Reference
+from clips import FREE, PIVOTING, PLANTED, MetricKey, Reference
 from retarget import Diagnosis, Retargeted
-from robot_models import self_collisions
+from robot_models import CONTACT_NAMES, self_collisions
 from robot_models.incoming import printable
 
 _GREEN = (60, 190, 110, 255)
@@ -45,6 +45,22 @@ def _draw_lane(log: Log, diagnosis: Diagnosis, reference: Reference) -> None:
     frames = np.array([t for t in changes if t < reference.frames])
     states = [changes[t] for t in frames.tolist()]
     log.send_columns(entity, timelines(frames, reference.fps), rr.StateChange.columns(state=states))
+
+
+def draw_contact_lanes(log: Log, name: str, reference: Reference) -> Callable[[Any], Any]:
+    """A lane for each sole edge: free, planted or pivoting; returns its view."""
+    import rerun as rr
+
+    states = {FREE: "free", PLANTED: "planted", PIVOTING: "pivoting"}
+    colours = [(45, 48, 56, 255), _GREEN, (245, 170, 40, 255)]
+    for k, edge in enumerate(CONTACT_NAMES):
+        labels = np.asarray(reference.contact[:, k])
+        frames = np.flatnonzero(np.concatenate(([True], labels[1:] != labels[:-1])))
+        entity = f"contacts/{slug(name)}/{edge}"
+        log.log(entity, rr.StateConfiguration(values=list(states.values()), colors=colours), static=True)
+        changes = rr.StateChange.columns(state=[states[int(labels[t])] for t in frames])
+        log.send_columns(entity, timelines(frames, reference.fps), changes)
+    return lambda rrb: rrb.StateTimelineView(name=f"contacts: {name}", origin=f"/contacts/{slug(name)}")
 
 
 def _stretches(diagnosis: Diagnosis) -> Sequence[tuple[float, float]]:

@@ -18,6 +18,7 @@ from numpy import ndarray
 
 from clips import PIVOTING, PLANTED, HumanClip, Reference, write_whole
 from retarget import Retargeted
+from retarget.targets import Targets
 from robot_models import FEET, Part, RobotModel, heel_toe_positions
 from robot_models.incoming import printable
 from robot_models.maths import rotation as rot
@@ -225,16 +226,14 @@ def draw_source(log: Log, source: HumanClip, start: int) -> None:
     )
 
 
-def draw_targets(log: Log, result: Retargeted, start: int) -> None:
+def draw_targets(log: Log, t: Targets, r: Reference, robot: RobotModel) -> None:
     """The goals of the solver in the robot's size: pelvis, feet, and each limb from where it begins."""
     import rerun as rr
 
-    t = result.targets
-    r, robot = result.reference, result.robot
     at = {k: r.body_pos_w[r.dance, robot.landmark(k)] for k, _ in t.limbs}
     ends = [at[start] + vector for (start, _), vector in t.limbs.items()]
     objective = np.stack([t.pelvis_pos, *ends, t.feet.pos[:, 0], t.feet.pos[:, 1]], axis=1).astype(np.float32)
-    index = timelines(np.arange(start, start + len(objective)), t.fps)
+    index = timelines(np.arange(r.dance.start, r.dance.start + len(objective)), t.fps)
     log.log("world/targets", rr.Points3D.from_fields(radii=[0.022], colors=[_TARGET]), static=True)
     columns = rr.Points3D.columns(positions=objective.reshape(-1, 3)).partition(
         np.full(len(objective), objective.shape[1])

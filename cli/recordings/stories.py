@@ -11,7 +11,7 @@ from numpy import ndarray
 
 from cli.recordings import scene
 from cli.recordings.blueprint import bar_view, line_view, send_blueprint
-from cli.recordings.marks import mark_diagnoses
+from cli.recordings.marks import draw_contact_lanes, mark_diagnoses
 from clips import HumanClip, Reference
 from retarget import Retargeted
 from robot_models import RobotModel, visual_parts
@@ -30,9 +30,10 @@ def save_retargeting(path: Path, result: Retargeted) -> None:
         scene.draw_robot(log, "world/robot", visual_parts(robot))
         scene.move_robot(log, "world/robot", robot, reference.body_pos_w, reference.body_quat_w, index)
         scene.draw_soles(log, robot, reference, index)
-        for source, dance in zip(result.sources, reference.dances, strict=True):
-            scene.draw_source(log, source, dance.start)
-        scene.draw_targets(log, result, reference.dance.start)
+        if result.targets is not None:
+            for source, dance in zip(result.sources, reference.dances, strict=True):
+                scene.draw_source(log, source, dance.start)
+            scene.draw_targets(log, result.targets, reference, robot)
         scene.plot_curves(log, "plots/report", result.report.series, index)
         log.log("report", scene.markdown(scene.report_text(result)), static=True)
         marks = mark_diagnoses(log, result)
@@ -116,36 +117,37 @@ def save_rehearsal(
         )
 
 
-def save_comparison(path: Path, robot: RobotModel, source: HumanClip, references: Mapping[str, Reference]) -> None:
-    """Several references of one clip side by side, the source at their left; touching soles that slide are red.
+def save_comparison(
+    path: Path, motions: Mapping[str, tuple[RobotModel, Reference]], source: HumanClip | None = None
+) -> None:
+    """Several references side by side with the lanes of their contacts; planted soles that slide are red.
 
-    The references' contact labels decide what touches: give all of them the source's.
+    The references' contact labels decide what is planted.
+
+    Args:
+        path: the recording.
+        motions: name -> robot and reference.
+        source: what they were made from, to stand at their left.
     """
-    from retarget import Gates, measure
-
-    first = next(iter(references.values()))
-    with scene.recording(path, f"{robot.name}: {' | '.join(references)}") as log:
-        index = scene.timelines(np.arange(first.frames), first.fps)
-        scene.lay_floor(log, first.body_pos_w[:, 0], index, first.fps)
-        scene.draw_source(log, source, 0)
-        parts, plots = visual_parts(robot), []
-        for k, (name, reference) in enumerate(references.items()):
+    longest = max((reference for _, reference in motions.values()), key=lambda r: r.frames)
+    with scene.recording(path, " | ".join(motions)) as log:
+        index = scene.timelines(np.arange(longest.frames), longest.fps)
+        scene.lay_floor(log, longest.body_pos_w[:, 0], index, longest.fps)
+        if source is not None:
+            scene.draw_source(log, source, 0)
+        lanes = []
+        for k, (name, (robot, reference)) in enumerate(motions.items()):
+            index = scene.timelines(np.arange(reference.frames), reference.fps)
             root = f"world/{scene.slug(name)}"
             aside_m = np.array([0.0, -scene.SIDE_M * k, 0.0])
-            scene.draw_robot(log, root, parts)
+            scene.draw_robot(log, root, visual_parts(robot))
             scene.move_robot(log, root, robot, reference.body_pos_w + aside_m, reference.body_quat_w, index)
             scene.draw_soles(log, robot, reference, index, root)
             scene.label(log, f"{root}-name", name, reference.body_pos_w[:, 0] + aside_m, index)
-            series = measure(reference, robot, source, Gates()).series
-            worst = series["slide of touching edges [m/s]"].max(axis=1)
-            scene.plot_curves(log, f"plots/{scene.slug(name)}", {"slide": worst}, index)
-            plots.append(line_view(f"sliding of a touching edge [m/s]: {name}", f"plots/{scene.slug(name)}/slide"))
-        log.log(
-            "report",
-            scene.markdown("Soles: green planted, orange pivoting, red sliding while the source's foot stands."),
-            static=True,
-        )
-        send_blueprint(log, plots, eye=(4.2, -0.9, 1.6))
+            lanes.append(draw_contact_lanes(log, name, reference))
+        text = "Soles: green planted, orange pivoting, red sliding while it is planted. Lanes: what each edge does."
+        log.log("report", scene.markdown(text), static=True)
+        send_blueprint(log, lanes, eye=(4.2, -0.9, 1.6), tall=len(lanes))
 
 
 def save_evaluation(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from cli.shell import Out, TellOptions
+from cli.shell import FileOptions, Out, TellOptions
 from tracking import TrainConfig
 
 
@@ -30,7 +30,8 @@ class Arguments:
     """
 
     ref: tuple[Path, ...]
-    """The reference (.npz) that dance-retarget wrote; or several of one robot, or a folder of them, for one policy."""
+    """The reference (.npz) that dance-retarget wrote; or several of one robot, or a folder of them, for one policy. Another
+    tool's motion of a robot (GMR, PHC, BeyondMimic, mjlab, Unitree) is taken as it stands: dance-report judges it."""
     teacher: str = "auto"
     """Who teaches the dance, in minutes where finding out takes hours: another lab's tracker (an ONNX, docs/trackers.md), a
     teacher.pt or the folder of a run that has one, or a tracker that comes with the package. auto: the robot's own where
@@ -65,6 +66,7 @@ class Arguments:
     """Only play the reference: perfectly, and with zero action. No training."""
     anyway: bool = False
     """Train on a reference whose gates failed."""
+    file: FileOptions = field(default_factory=FileOptions)
     tell: TellOptions = field(default_factory=TellOptions)
 
     def config(self) -> TrainConfig:

@@ -2,7 +2,8 @@
 
 from retarget.report.diagnosis import Cure, Diagnosis, diagnose
 from retarget.report.feet import contact_labels
+from retarget.report.limbs import limb_angles
 from retarget.report.measure import measure
 from retarget.report.metric import Metric, Report, Where
 
-__all__ = ["Cure", "Diagnosis", "Metric", "Report", "Where", "contact_labels", "diagnose", "measure"]
+__all__ = ["Cure", "Diagnosis", "Metric", "Report", "Where", "contact_labels", "diagnose", "limb_angles", "measure"]

@@ -72,7 +72,9 @@ def _diagnose(
     at = int(np.clip(at, 0, source.frames - 1))
     parting = _parting([(a - begins_s, b - begins_s) for a, b in bad], (source.frames - 1) / reference.fps)
     why, cures = "", list[Cure]()
-    if key is MetricKey.SELF_COLLISION:
+    if reference.meta.get("as_it_stands"):  # it is its own recording, and explains nothing
+        cures = parting
+    elif key is MetricKey.SELF_COLLISION:
         why, cures = _of_segments(source, at, where.parts), [*parting, Cure(help="other robot")]
     elif key is MetricKey.PENETRATION:
         why, cures = _of_height(source, at), parting

@@ -1,5 +1,6 @@
 """Retargeting more than once: several dances as one, slower where physics asks for it, folders of clips."""
 
+from retarget.workflows.as_it_stands import as_it_stands
 from retarget.workflows.batch import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
 from retarget.workflows.ray_cluster import run_on_ray
 from retarget.workflows.robot_check import check_robot
@@ -12,6 +13,7 @@ __all__ = [
     "Job",
     "Outcome",
     "Transition",
+    "as_it_stands",
     "check_robot",
     "fit_to_dynamics",
     "jobs_for",

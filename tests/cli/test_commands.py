@@ -9,6 +9,7 @@ import pytest
 from conftest import ROOT, SAMPLES
 
 import cli.certify
+import cli.compare
 import cli.convert
 import cli.deploy
 import cli.doctor
@@ -16,6 +17,7 @@ import cli.evaluate
 import cli.export
 import cli.inspect
 import cli.play
+import cli.report
 import cli.retarget
 import cli.robot
 import cli.train
@@ -24,6 +26,8 @@ import cli.verify
 COMMANDS = {
     "dance-retarget": cli.retarget.main,
     "dance-inspect": cli.inspect.main,
+    "dance-report": cli.report.main,
+    "dance-compare": cli.compare.main,
     "dance-train": cli.train.main,
     "dance-eval": cli.evaluate.main,
     "dance-play": cli.play.main,

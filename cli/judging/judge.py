@@ -1,0 +1,42 @@
+"""Files of any tool, each judged as it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cli.shell import FileOptions
+from clips import Clip, ClipError, RobotClip, read_clip
+from retarget import Retargeted, as_it_stands
+from robot_models import load_robot
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """A file and what it came to."""
+
+    name: str  # of the file, with its folder where names repeat
+    path: Path
+    clip: Clip
+    result: Retargeted
+
+
+def judge_all(paths: Sequence[Path], options: FileOptions) -> list[Judged]:
+    """Read robots' motions and judge each as it stands.
+
+    Raises:
+        ClipError: a file holds a person, or cannot be read.
+    """
+    stems = [path.name for path in paths]
+    names = [str(path) if stems.count(path.name) > 1 else path.name for path in paths]
+    judged = []
+    for name, path in zip(names, paths, strict=True):
+        clip = read_clip(path, options.reading())
+        if not isinstance(clip, RobotClip):
+            raise ClipError(
+                str(path), found=f"a person ({clip.source.dialect})", expected="a robot's joints",
+                cure=f"retarget it, which reports too: dance-retarget {path}",
+            )  # fmt: skip
+        judged.append(Judged(name=name, path=path, clip=clip, result=as_it_stands(clip, load_robot(clip.robot))))
+    return judged

@@ -1,0 +1,81 @@
+"""`dance-report`: what any tool's joint-space file is worth, as it stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from cli.judging import Judged, judge_all, metrics_table
+from cli.shell import DONE, FileOptions, TellOptions, Trouble, Verdict, command, tell
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Judge a robot's motion as it stands, without solving anything: ours, GMR's, PHC's, BeyondMimic's, mjlab's, Unitree's.
+
+    The same report and gates as after a retargeting; its own feet say what touches. Several files come side by side.
+
+    Examples:
+        dance-report motion.npz
+        dance-report unitree.csv --fps 30
+        dance-report ours.npz gmr.pkl beyondmimic.npz
+        dance-report gmr.pkl --recording gmr.rrd
+    """
+
+    files: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    """Motion files of a robot's joints, of any layout that is read (docs/formats.md)."""
+    recording: Path | None = None
+    """Write a Rerun recording here, where there is one file; several: dance-compare."""
+    file: FileOptions = field(default_factory=FileOptions)
+    tell: TellOptions = field(default_factory=TellOptions)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Entry point of `dance-report`."""
+    return command(Arguments, run, name="dance-report", argv=argv)
+
+
+def run(args: Arguments) -> int:
+    """Read, judge, tell."""
+    judged = judge_all(args.files, args.file)
+    written: tuple[Path, ...] = ()
+    if args.recording is not None:
+        written = (args.recording,)
+        _record(args.recording, judged)
+    return tell(_verdict(judged, written), args.tell, shown=[metrics_table(judged)])
+
+
+def _record(path: Path, judged: list[Judged]) -> None:
+    from cli.recordings import save_comparison, save_retargeting
+
+    if len(judged) == 1:
+        save_retargeting(path, judged[0].result)
+    else:
+        save_comparison(path, {j.name: (j.result.robot, j.result.reference) for j in judged})
+
+
+def _verdict(judged: list[Judged], written: tuple[Path, ...]) -> Verdict:
+    good = [j.name for j in judged if j.result.report.passed]
+    first = judged[0]
+    said = f"{first.clip.source.dialect}, {first.result.reference.duration_s:.1f} s for {first.result.robot.name}"
+    steps: tuple[tuple[str, str], ...] = ()
+    if len(judged) == 1:
+        line = f"{first.name} as it stands: {said}; {'every gate holds' if good else 'gates are missed'}"
+        if good:
+            steps = ((f"dance-train --ref {first.path}", "a policy that dances it as it stands"),)
+        else:
+            steps = ((f"dance-retarget {first.path}", "the same motion, solved anew inside the gates"),)
+    else:
+        line = f"{len(good)} of {len(judged)} inside every gate{': ' if good else ''}{', '.join(good)}"
+    return Verdict(
+        passed=len(good) == len(judged),
+        code=None if len(judged) == 1 else DONE,  # of several, which is better was asked
+        line=line,
+        troubles=tuple(Trouble(what=f"{j.name}: {d}") for j in judged for d in j.result.diagnoses),
+        written=written,
+        steps=(*((f"rerun {path}", "look at it") for path in written), *steps),
+        data={"reports": {j.name: j.result.report.as_dict() for j in judged}},
+    )
