@@ -51,6 +51,7 @@ check: $(VENV)/dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	for example in examples/*.py; do $(BIN)/mypy $$example || exit 1; done
 
 wheel: $(VENV)/dev
 	rm -rf dist build

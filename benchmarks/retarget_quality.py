@@ -74,7 +74,7 @@ def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, re
     ours, rate = timed(lambda: retarget(clip, robot, config), source.frames)
     judged = {m.key: m for m in ours.report.metrics}
     if recordings is not None:
-        from cli.recordings import save_comparison
+        from retarget.recordings import save_comparison
 
         both = {"loop B": (robot, baseline), "whole clip": (robot, ours.reference)}
         save_comparison(recordings / f"{path.stem}_{robot.name}.rrd", both, source)

@@ -48,7 +48,7 @@ def run(args: Arguments) -> int:
     means = {name: sum(float(a.mean()) for a in limbs.values()) / len(limbs) for name, limbs in apart.items()}
     written: tuple[Path, ...] = ()
     if args.recording is not None:
-        from cli.recordings import save_comparison
+        from retarget.recordings import save_comparison
 
         save_comparison(args.recording, {j.name: (j.result.robot, j.result.reference) for j in judged})
         written = (args.recording,)

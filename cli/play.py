@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -55,12 +54,10 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Open what is named and show it."""
-    from cli.recordings import has_display, show_live
+    from cli.recordings import show_live
 
     if args.film is not None and args.film.suffix != ".mp4":
         raise OutputError(f"--film {args.film}", found="that name", expected="a file that ends in .mp4")
-    if args.film is not None and not has_display():
-        os.environ.setdefault("MUJOCO_GL", "egl")  # read when MuJoCo is first imported
     from tracking.evaluation import stream_policy, stream_reference
 
     with contextlib.ExitStack() as stack:
@@ -83,7 +80,7 @@ def run(args: Arguments) -> int:
 
 
 def _film(show: PoseStream, args: Arguments) -> int:
-    from cli.recordings import write_film
+    from retarget.recordings import write_film
 
     with progress("frames") as follow:
         return write_film(

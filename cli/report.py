@@ -49,11 +49,11 @@ def run(args: Arguments) -> int:
 
 
 def _record(path: Path, judged: list[Judged]) -> None:
-    from cli.recordings import save_comparison, save_retargeting
-
     if len(judged) == 1:
-        save_retargeting(path, judged[0].result)
+        judged[0].result.save(path)
     else:
+        from retarget.recordings import save_comparison
+
         save_comparison(path, {j.name: (j.result.robot, j.result.reference) for j in judged})
 
 

@@ -92,8 +92,5 @@ def _save(result: Retargeted, dances: list[Danced], args: Arguments) -> list[Pat
         write_contacts(result.contacts, result.reference.fps, args.write_contacts)
         written.append(args.write_contacts)
     if args.recording:
-        from cli.recordings import save_retargeting
-
-        written.append(written[0].with_suffix(".rrd"))
-        save_retargeting(written[-1], result)
+        written.append(result.save(written[0].with_suffix(".rrd")))
     return written

@@ -76,15 +76,13 @@ def _write(path: Path, text: str) -> None:
 
 def _check(name: str, folder: Path, options: TellOptions, notes: tuple[str, ...] = ()) -> int:
     """Stand, dance, and say what to mend; a robot by its name, or the path of its profile."""
-    from cli.recordings import save_retargeting, save_still
-
     robot = load_robot(name)
     check = check_robot(robot, cut(read_clip(_SAMPLE), 0.0, _TEST_S))
     written = [folder / f"{robot.name}_check.rrd"]
-    save_retargeting(written[0], check.result)
+    check.result.save(written[0])
     still, no_picture = folder / f"{robot.name}_check.png", ""
     try:
-        save_still(still, check.result)
+        check.result.save(still)
         written.append(still)
     except OutputError as e:  # no OpenGL: the recording shows the same
         no_picture = f"no picture: {e}"

@@ -20,7 +20,7 @@ OPTIONAL = ("pelvis", "chest", "neck", "head", "left_toe", "right_toe")
 MIN_FRAMES = 3
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class HumanClip:
     """Named points of a person in a right-handed, z-up world. T frames, K points."""
 
@@ -51,6 +51,9 @@ class HumanClip:
                 expected="hips, knees, ankles, shoulders, elbows and wrists of both sides",
             )
 
+    def __repr__(self) -> str:
+        return f"HumanClip({self.source.file}: {self.source.dialect}, {self.frames} frames at {self.fps:.6g} fps)"
+
     @property
     def frames(self) -> int:
         """Number of frames T."""
@@ -77,7 +80,7 @@ class HumanClip:
         return np.asarray(self.orientations[:, self.names.index(self.landmarks[landmark])])
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class RobotClip:
     """Root pose and joint angles of a robot. Joints are a subset of the robot's, addressed by name."""
 
@@ -103,6 +106,9 @@ class RobotClip:
             raise ClipError(
                 self.source.file, found=f"root quaternions off unit length by {worst:.2g}", expected="unit ones"
             )
+
+    def __repr__(self) -> str:
+        return f"RobotClip({self.source.file}: {self.robot}, {self.frames} frames at {self.fps:.6g} fps)"
 
     @property
     def frames(self) -> int:

@@ -21,7 +21,7 @@ _UNIT = 1e-4  # of a quaternion's length off one: single precision, and what oth
 MOTION = ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Reference:
     """Motion for one robot on a uniform time grid. T frames, J joints, B bodies, S segments."""
 
@@ -70,6 +70,9 @@ class Reference:
         if not np.isin(self.contact, (FREE, PLANTED, PIVOTING)).all():
             raise _refused("contact", f"kinds {np.unique(self.contact).tolist()}", "0 free, 1 planted, 2 pivoting")
         self._check_segments()
+
+    def __repr__(self) -> str:
+        return f"Reference({self.robot}, {self.frames} frames at {self.fps:g} fps, {self.duration_s:.1f} s)"
 
     def _check_segments(self) -> None:
         """Ranges of frames one after another, each told to be continuous with the one before or not."""

@@ -31,7 +31,7 @@ _MOST_TORQUE = 10.0  # efforts: the hardest of 379 references that were measured
 _FEWEST = 3  # frames: central differences need a neighbour on both sides
 
 
-def save_reference(reference: Reference, path: Path, *, float32: bool = False) -> None:
+def save_reference(reference: Reference, path: Path | str, *, float32: bool = False) -> None:
     """Write the file whole or not at all.
 
     Raises:
@@ -46,7 +46,7 @@ def save_reference(reference: Reference, path: Path, *, float32: bool = False) -
         **reference.meta,
     }
     arrays = {k: getattr(reference, k).astype(kind) for k in (*MOTION, *reference.optional)}
-    with write_whole(path) as stream:
+    with write_whole(Path(path)) as stream:
         np.savez(
             stream,
             fps=np.array([reference.fps]),
@@ -69,13 +69,13 @@ def is_reference(path: Path) -> bool:
         return False
 
 
-def load_reference(path: Path, robot: RobotModel | None = None) -> Reference:
+def load_reference(path: Path | str, robot: RobotModel | None = None) -> Reference:
     """Read a reference file; with the robot at hand, check it against the robot's forward kinematics.
 
     Raises:
         ReferenceFileError: not such a file, a later format, names missing, or numbers that contradict each other.
     """
-    where = str(path)
+    path, where = Path(path), str(path)
     data = _read_arrays(path)
     meta = _meta(data, where)
     for key in ("contact", "segments"):

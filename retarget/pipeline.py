@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import Clip, HumanClip, Reference, RobotClip, full_qpos, make_reference, repair
+from clips import Clip, HumanClip, OutputError, Reference, RobotClip, full_qpos, make_reference, repair, save_reference
 from clips.edit import recentre, resample
 from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics, dynamics_of
 from retarget.errors import RetargetError
 from retarget.per_frame import follow, frame_solver
+from retarget.recordings import plot_report, save_retargeting, save_still, show
 from retarget.report import Diagnosis, Report, diagnose, measure
 from retarget.solver import coarse_poses, make_objective, optimise
 from retarget.targets import (
@@ -37,7 +40,7 @@ from robot_models import RobotError, RobotModel
 from robot_models.maths import Progress, one_blas_thread, silent
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Retargeted:
     """A reference, what was measured on it, and the stages that led to it (for the recording)."""
 
@@ -53,6 +56,44 @@ class Retargeted:
     def source(self) -> HumanClip:
         """What was recorded; of several dances the first."""
         return self.sources[0]
+
+    def __repr__(self) -> str:
+        files = " + ".join(dict.fromkeys(source.source.file for source in self.sources))
+        return f"Retargeted({files} on {self.robot.name}, {self.reference.duration_s:.1f} s, {self.report!r})"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what became of it, why gates are missed, every number."""
+        why = "".join(f"<li>{html.escape(str(diagnosis))}</li>" for diagnosis in self.diagnoses)
+        return f"<b>{html.escape(repr(self))}</b><ul>{why}</ul>{self.report._repr_html_()}"
+
+    def show(self) -> None:
+        """Open it in Rerun's viewer, in a window of its own."""
+        show(self.save)
+
+    def plot(self) -> Any:
+        """The report's curves over time, missed gates shaded: a matplotlib figure.
+
+        Raises:
+            OutputError: matplotlib is not installed.
+        """
+        return plot_report(self.report, self.reference.fps)
+
+    def save(self, path: Path | str) -> Path:
+        """Write it: a reference (.npz), a Rerun recording (.rrd) or a picture (.png), as the name ends.
+
+        Raises:
+            OutputError: another ending, or a file that cannot be written.
+        """
+        path = Path(path)
+        if path.suffix == ".npz":
+            save_reference(self.reference, path)
+        elif path.suffix == ".rrd":
+            save_retargeting(path, self.robot, self.reference, self.report, self.diagnoses, self.sources, self.targets)
+        elif path.suffix == ".png":
+            save_still(path, self.robot, self.reference, self.source)
+        else:
+            raise OutputError(str(path), found="that name", expected="a name that ends in .npz, .rrd or .png")
+        return path
 
     @property
     def diagnoses(self) -> tuple[Diagnosis, ...]:
@@ -106,7 +147,7 @@ def retarget(
     )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Prepared:
     """A clip on its way to a robot: what the solver needs, before leads. T frames of the dance."""
 

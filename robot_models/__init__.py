@@ -23,7 +23,7 @@ from robot_models.model import CONTACT_NAMES, RobotModel
 from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_text
 from robot_models.profile import FEET, LANDMARKS, RobotProfile, Sole, expand_patterns, read_profile
 from robot_models.version import __version__
-from robot_models.visual import Part, visual_parts
+from robot_models.visual import Part, draw_off_screen, visual_parts
 
 __all__ = [
     "AXIAL",
@@ -47,6 +47,7 @@ __all__ = [
     "ancestors",
     "body_geoms",
     "body_states",
+    "draw_off_screen",
     "expand_patterns",
     "find_profile",
     "forces",

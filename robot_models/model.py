@@ -23,7 +23,7 @@ CONTACT_NAMES = tuple(f"{side}_{edge}" for side in FEET for edge in ("heel", "to
 _SEGMENT = {"hip": "thigh", "knee": "shin", "shoulder": "upper arm", "elbow": "forearm", "wrist": "hand"}
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class RobotModel:
     """A robot ready for kinematics and physics. J joints, B bodies (the root and every body with a joint).
 
@@ -43,6 +43,9 @@ class RobotModel:
     kp: Float[ndarray, "J"]  # [N m/rad]
     kd: Float[ndarray, "J"]  # [N m s/rad]
     default_qpos: Float[ndarray, "nq"]  # soles on the floor, heading +x
+
+    def __repr__(self) -> str:
+        return f"RobotModel({self.name}, {len(self.joint_names)} joints)"
 
     @property
     def name(self) -> str:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+import os
+import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -32,6 +35,18 @@ class Part:
     rgba: tuple[float, float, float, float]
     vertices: Float[ndarray, "V 3"] | None = None  # [m]
     faces: Int[ndarray, "F 3"] | None = None
+
+
+def draw_off_screen() -> None:
+    """Have MuJoCo draw without a display where there is none, whoever imported it before.
+
+    MuJoCo chooses its OpenGL by MUJOCO_GL when it is imported, and a window's unless told otherwise.
+    """
+    display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if os.environ.get("MUJOCO_GL") or display or not sys.platform.startswith("linux"):
+        return
+    os.environ["MUJOCO_GL"] = "egl"
+    importlib.reload(importlib.import_module("mujoco.rendering.classic.gl_context"))
 
 
 def visual_parts(robot: RobotModel) -> list[Part]:

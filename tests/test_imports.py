@@ -17,7 +17,7 @@ HOUSE = {
         "catalogue draft"
     ),
     "clips": "errors contact config files metrics provenance clip reference reference_file checks edit identify readers writers",
-    "retarget": "errors config targets solver per_frame dynamics report pipeline workflows",
+    "retarget": "errors config targets solver per_frame dynamics report recordings pipeline workflows",
     "tracking": "errors config policy engines task evaluation training teaching envs deploy",
     "cli": "shell recordings retargeting evaluating training deploying inspecting judging *",
 }
@@ -186,7 +186,7 @@ def test_a_command_parses_calls_one_function_and_reports():
 
 
 def test_recordings_and_retargeting_do_without_the_training_packages():
-    code = "import sys, cli.recordings, cli.retarget; print([m for m in ('torch', 'tracking', 'rerun') if m in sys.modules])"
+    code = "import sys, retarget.recordings, cli.retarget; print([m for m in ('torch', 'tracking', 'rerun') if m in sys.modules])"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True).stdout
     assert out.strip() == "[]"
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cli.recordings.stories import save_rehearsal
+from retarget.recordings import save_rehearsal
 from robot_models import load_robot
 
 if TYPE_CHECKING:

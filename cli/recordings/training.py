@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cli.recordings.stories import save_rollouts
+from retarget.recordings import save_rollouts
 from robot_models import RobotModel
 
 if TYPE_CHECKING:

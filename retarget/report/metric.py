@@ -76,12 +76,25 @@ class Metric:
         return self.value < other.value if self.key.higher_is_better else self.value > other.value
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Report:
     """All measured numbers, and the curves behind them for the recording."""
 
     metrics: tuple[Metric, ...]
     series: Mapping[str, Float[ndarray, "T ..."]]
+
+    def __repr__(self) -> str:
+        missed = ", ".join(m.label for m in self.failures)
+        return f"Report({f'missed: {missed}' if missed else 'every gate holds'})"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: every number, the missed gates red."""
+        rows = "".join(
+            f"<tr style='color:{'inherit' if m.passed else 'red'}'><td>{m.label}</td><td>{m.value:.4g} {m.unit}</td>"
+            f"<td>{'' if m.limit is None else f'{m.limit:.4g}'}</td></tr>"
+            for m in self.metrics
+        )
+        return f"<table><tr><th>measured</th><th>value</th><th>gate</th></tr>{rows}</table>"
 
     def __getitem__(self, key: MetricKey) -> Metric:
         """The metric of a key.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clips import RobotClip, full_qpos, make_reference
+from clips import Clip, ClipError, RobotClip, full_qpos, make_reference
 from clips.edit import resample
 from retarget.config import RetargetConfig
 from retarget.pipeline import Retargeted, finish_reference, meta_of, physics_of
@@ -15,7 +15,7 @@ from robot_models.maths import one_blas_thread
 
 
 @one_blas_thread()
-def as_it_stands(clip: RobotClip, robot: RobotModel, config: RetargetConfig | None = None) -> Retargeted:
+def as_it_stands(clip: Clip, robot: RobotModel, config: RetargetConfig | None = None) -> Retargeted:
     """The reference that a robot's recorded motion is, at the reference's frame rate, with its report.
 
     Its own feet say what touches; nothing is moved, mended or led in.
@@ -24,7 +24,15 @@ def as_it_stands(clip: RobotClip, robot: RobotModel, config: RetargetConfig | No
         clip: joint-space motion of this robot.
         robot: the clip's robot.
         config: gives frame rate, contact rule and gates; whether physics is asked.
+
+    Raises:
+        ClipError: a person's motion, or another robot's.
     """
+    if not isinstance(clip, RobotClip) or clip.robot != robot.name:
+        whose = clip.robot if isinstance(clip, RobotClip) else "a person"
+        raise ClipError(
+            clip.source.file, found=f"the motion of {whose}", expected=f"joints of {robot.name}", cure="retarget it"
+        )
     config = config or RetargetConfig()
     recorded = resample(clip, config.fps)
     assert isinstance(recorded, RobotClip)

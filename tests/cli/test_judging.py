@@ -8,7 +8,7 @@ from conftest import SAMPLES
 
 import cli.compare
 import cli.report
-from clips import is_reference, load_reference, read_clip, save_reference
+from clips import ClipError, is_reference, load_reference, read_clip, save_reference
 from clips.writers import LAYOUTS, write_motion
 from retarget import as_it_stands, limb_angles, retarget
 from robot_models import load_robot
@@ -62,6 +62,11 @@ def test_what_is_bad_is_called_bad_and_its_motion_is_not_its_excuse(result, danc
 def test_a_person_is_no_robots_motion(capsys):
     assert cli.report.main([str(SAMPLES / "groove.bvh")]) == 2
     assert f"dance-retarget {SAMPLES / 'groove.bvh'}" in capsys.readouterr().err
+
+
+def test_the_library_refuses_a_person_and_another_robots_motion(result, dancer):
+    with pytest.raises(ClipError, match="a person"):
+        as_it_stands(read_clip(SAMPLES / "groove.bvh"), dancer)
 
 
 def test_two_motions_are_as_far_apart_as_they_were_bent(result, dancer, tmp_path):

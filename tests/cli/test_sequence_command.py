@@ -5,8 +5,8 @@ import pytest
 from conftest import SAMPLES
 
 import cli.retarget
-from cli.recordings import scene
 from clips import MetricKey, cut, read_clip
+from retarget.recordings import scene
 from retarget.report import Metric
 from retarget.workflows import retarget_sequence
 
@@ -22,15 +22,14 @@ def two():
 def test_every_dance_has_its_own_person_at_its_own_time(two, tmp_path, monkeypatch):
     drawn = []
     monkeypatch.setattr(scene, "draw_source", lambda log, source, start: drawn.append((source, start)))
-    from cli.recordings import save_retargeting
 
-    save_retargeting(tmp_path / "two.rrd", two)
+    two.save(tmp_path / "two.rrd")
     assert [start for _, start in drawn] == [d.start for d in two.reference.dances]
     assert [s.frames for s, _ in drawn] == [d.stop - d.start for d in two.reference.dances]
     for source, start in drawn:  # the person stands where the robot dances, and not where another did
         hips = source.point("pelvis")[0, :2]
         assert np.linalg.norm(hips - two.reference.body_pos_w[start, 0, :2]) < 0.2
-    text = scene.report_text(two)
+    text = scene.report_text(two.report, two.diagnoses, two.sources)
     assert "groove.bvh" in text and "groove.csv" in text
 
 

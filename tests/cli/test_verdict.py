@@ -126,7 +126,6 @@ def test_a_missed_gate_says_when_and_proposes_commands_that_can_be_typed(strict_
 def test_the_recording_of_a_missed_gate_has_its_lane_its_list_and_no_passing_one_has(
     strict_slides, tmp_path, monkeypatch
 ):
-    from cli.recordings import save_retargeting
     from clips import cut, read_clip
     from retarget import retarget
     from robot_models import load_robot
@@ -134,7 +133,7 @@ def test_the_recording_of_a_missed_gate_has_its_lane_its_list_and_no_passing_one
     clip, robot = cut(read_clip(SAMPLES / "groove.bvh"), 0.0, 2.0), load_robot("dancer")
     for gates, there in ((Gates(), False), (Gates(slide_mm=0.0), True)):
         path = tmp_path / f"{there}.rrd"
-        save_retargeting(path, retarget(clip, robot, RetargetConfig(gates=gates)))
+        retarget(clip, robot, RetargetConfig(gates=gates)).save(path)
         data = path.read_bytes()
         assert (b"gates/slide-per-touch-worst" in data) == there and (b"/bookmarks" in data) == there
         assert (b"world/wrong/slide-per-touch-worst" in data) == there

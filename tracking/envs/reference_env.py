@@ -18,7 +18,7 @@ class ReferenceEnv(gymnasium.Env[ndarray, ndarray]):
     Args:
         reference: path of a reference file.
         robot: path of the robot's profile, where it is not a built-in one.
-        render_mode: None, "human" (MuJoCo's viewer) or "rgb_array" (needs a GL: MUJOCO_GL=egl or osmesa on servers).
+        render_mode: None, "human" (MuJoCo's viewer) or "rgb_array" (off the screen where there is none, by EGL).
     """
 
     metadata = {"render_modes": list(MODES), "render_fps": 50}  # noqa: RUF012

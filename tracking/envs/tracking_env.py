@@ -25,7 +25,7 @@ class DanceTrackingEnv(ReferenceEnv):
     Args:
         reference: path of a reference file.
         robot: path of the robot's profile, where it is not a built-in one.
-        render_mode: None, "human" (MuJoCo's viewer) or "rgb_array" (needs a GL: MUJOCO_GL=egl or osmesa on servers).
+        render_mode: None, "human" (MuJoCo's viewer) or "rgb_array" (off the screen where there is none, by EGL).
         config: the task's numbers.
         random_start: start anywhere in the dance; otherwise at its first frame.
     """

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from robot_models import RobotModel
+from robot_models import RobotModel, draw_off_screen
 from tracking.errors import TrackingError
 
 MODES = ("human", "rgb_array")
@@ -18,7 +18,7 @@ class Screen:
 
     Args:
         robot: who is shown.
-        mode: None (nothing is ever shown), "human" or "rgb_array" (needs a GL: MUJOCO_GL=egl or osmesa on servers).
+        mode: None (nothing is ever shown), "human" or "rgb_array" (off the screen by EGL where there is none).
     """
 
     def __init__(self, robot: RobotModel, mode: str | None) -> None:
@@ -59,6 +59,7 @@ class Screen:
 
             self._out = mujoco.viewer.launch_passive(self._model, self._data)
             return
+        draw_off_screen()
         self._out = mujoco.Renderer(self._model, 480, 640)
         self._camera = mujoco.MjvCamera()
         self._camera.distance, self._camera.azimuth, self._camera.elevation = 3.0, 150.0, -12.0

@@ -10,12 +10,14 @@ from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import reduce
 from operator import or_
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import Reference
+from retarget.recordings import save_rollouts, show
 from robot_models import RobotModel
 from robot_models.maths import Progress, silent
 from tracking.config import TaskConfig
@@ -27,7 +29,7 @@ from tracking.task import FALLS, StepResult, TrackingTask
 IN_PLACE = 0.5  # largest mean distance of the tracked bodies from the reference in the room, the field's other rule [m]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Evaluation:
     """Result of many rollouts of the whole dance. Errors are means over all frames in which a rollout stood."""
 
@@ -48,6 +50,26 @@ class Evaluation:
     terms: dict[str, float]  # mean of every weighted reward term
     seconds: tuple[Second, ...]  # of the dance, one after another
     shown: Mapping[str, Float[ndarray, "N nq"]]  # qpos of some rollouts from the dance's first frame on: the best first
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name} {share.count}" for name, share in self.outcomes.items())
+        return f"Evaluation({self.rollouts} rollouts: {told}; bodies {self.body_error_mm:.0f} mm off)"
+
+    def save(self, path: Path | str, robot: RobotModel, reference: Reference) -> Path:
+        """Write a Rerun recording (.rrd) of the best, the median and a failed rollout beside their ghosts.
+
+        Args:
+            path: the recording.
+            robot: whom the rollouts are of.
+            reference: what they follow.
+        """
+        path = Path(path)
+        save_rollouts(path, robot, reference, self.shown, {}, f"# {self!r}")
+        return path
+
+    def show(self, robot: RobotModel, reference: Reference) -> None:
+        """The same in Rerun's viewer, in a window of its own."""
+        show(lambda path: self.save(path, robot, reference))
 
     @property
     def outcomes(self) -> dict[str, Share]:

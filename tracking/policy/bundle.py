@@ -48,7 +48,7 @@ def _no_bundle(folder: Path) -> TrackingError:
     )  # fmt: skip
 
 
-def load_bundle(folder: Path, *, reference: Path | None = None, robot: str | None = None) -> Bundle:
+def load_bundle(folder: Path | str, *, reference: Path | str | None = None, robot: str | None = None) -> Bundle:
     """Read a bundle and refuse what does not belong together.
 
     Args:
@@ -60,7 +60,7 @@ def load_bundle(folder: Path, *, reference: Path | None = None, robot: str | Non
     Raises:
         TrackingError: not a bundle, or the contract was made for another robot or reference.
     """
-    folder = _found(folder)
+    folder, reference = _found(Path(folder)), None if reference is None else Path(reference)
     if is_tracker(folder):
         return _tracker(folder, reference, robot)
     if folder.suffix == ".onnx" or (_unitree(folder) and not (folder / CONTRACT).exists()):

@@ -30,12 +30,13 @@ class NamedReference:
         return 0.5 if measured is not None and measured["value"] > CheckConfig.hard_share else 1.0
 
 
-def read_named_reference(path: Path) -> NamedReference:
+def read_named_reference(path: Path | str) -> NamedReference:
     """A reference from a file, named after it.
 
     Raises:
         ReferenceFileError: the file is no reference.
     """
+    path = Path(path)
     sha256 = (
         hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
     )  # load_reference refuses what is none

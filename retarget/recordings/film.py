@@ -10,7 +10,7 @@ import numpy as np
 from numpy import ndarray
 
 from clips import OutputError, aside
-from robot_models import RobotModel, import_or_refuse
+from robot_models import RobotModel, draw_off_screen, import_or_refuse
 from robot_models.maths import Progress, silent
 
 _FPS = 50.0  # players stumble over more
@@ -71,6 +71,7 @@ class Stage:
     """MuJoCo's renderer with a camera that follows the robot, the ghost as a veil, and a person of bones."""
 
     def __init__(self, robot: RobotModel, size: tuple[int, int]) -> None:
+        draw_off_screen()
         import mujoco
 
         self._mj, self._model = mujoco, robot.model

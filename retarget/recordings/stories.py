@@ -4,40 +4,54 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy import ndarray
 
-from cli.recordings import scene
-from cli.recordings.blueprint import bar_view, line_view, send_blueprint
-from cli.recordings.marks import draw_contact_lanes, mark_diagnoses
 from clips import HumanClip, Reference
-from retarget import Retargeted
+from retarget.recordings import scene
+from retarget.recordings.blueprint import bar_view, line_view, send_blueprint
+from retarget.recordings.marks import draw_contact_lanes, mark_diagnoses
+from retarget.report import Diagnosis, Report
+from retarget.targets import Targets
 from robot_models import RobotModel, visual_parts
 
-if TYPE_CHECKING:
-    from tracking import Bundle, Evaluation
 
+def save_retargeting(
+    path: Path,
+    robot: RobotModel,
+    reference: Reference,
+    report: Report,
+    diagnoses: Sequence[Diagnosis],
+    sources: Sequence[HumanClip],
+    targets: Targets | None = None,
+) -> None:
+    """Source, targets, robot, contacts, the report's curves and what is wrong, of one retargeting.
 
-def save_retargeting(path: Path, result: Retargeted) -> None:
-    """Source, targets, robot, contacts and the report's curves of one retargeting."""
-    reference, robot = result.reference, result.robot
-    files = " | ".join(dict.fromkeys(source.source.file for source in result.sources))
+    Args:
+        path: the recording.
+        robot: the robot.
+        reference: what it shall do.
+        report: of the reference.
+        diagnoses: of the gates that are missed.
+        sources: what was recorded, one for each dance of the reference.
+        targets: the solver's, of all dances; None where nothing was solved, and the robot is its own source.
+    """
+    files = " | ".join(dict.fromkeys(source.source.file for source in sources))
     with scene.recording(path, f"{robot.name}: {files}") as log:
         index = scene.timelines(np.arange(reference.frames), reference.fps)
         scene.lay_floor(log, reference.body_pos_w[:, 0], index, reference.fps)
         scene.draw_robot(log, "world/robot", visual_parts(robot))
         scene.move_robot(log, "world/robot", robot, reference.body_pos_w, reference.body_quat_w, index)
         scene.draw_soles(log, robot, reference, index)
-        if result.targets is not None:
-            for source, dance in zip(result.sources, reference.dances, strict=True):
+        if targets is not None:
+            for source, dance in zip(sources, reference.dances, strict=True):
                 scene.draw_source(log, source, dance.start)
-            scene.draw_targets(log, result.targets, reference, robot)
-        scene.plot_curves(log, "plots/report", result.report.series, index)
-        log.log("report", scene.markdown(scene.report_text(result)), static=True)
-        marks = mark_diagnoses(log, result)
-        plots = [line_view(name, f"plots/report/{scene.slug(name)}") for name in result.report.series]
+            scene.draw_targets(log, targets, reference, robot)
+        scene.plot_curves(log, "plots/report", report.series, index)
+        log.log("report", scene.markdown(scene.report_text(report, diagnoses, sources)), static=True)
+        marks = mark_diagnoses(log, robot, reference, diagnoses)
+        plots = [line_view(name, f"plots/report/{scene.slug(name)}") for name in report.series]
         send_blueprint(log, [*marks, *plots], tall=len(marks))
 
 
@@ -148,17 +162,3 @@ def save_comparison(
         text = "Soles: green planted, orange pivoting, red sliding while it is planted. Lanes: what each edge does."
         log.log("report", scene.markdown(text), static=True)
         send_blueprint(log, lanes, eye=(4.2, -0.9, 1.6), tall=len(lanes))
-
-
-def save_evaluation(
-    path: Path, bundle: Bundle, results: Mapping[str, Evaluation], title: str, lines: Sequence[Sequence[str]]
-) -> None:
-    """The best, the median and a failed rollout in each engine, with a table of the numbers: `lines`, the header first."""
-    header, *rows = (f"| {' | '.join(line)} |" for line in lines)
-    text = "\n".join([f"# {title}", header, "|---" * len(lines[0]) + "|", *rows])
-    shown = {
-        label if len(results) == 1 else f"{engine}, {label}": rollout
-        for engine, result in results.items()
-        for label, rollout in result.shown.items()
-    }
-    save_rollouts(path, bundle.robot, bundle.reference, shown, {}, text)

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy import ndarray
 
-from cli.recordings.film import Bone, Stage
-from clips import HumanClip, aside
-from retarget import Retargeted
+from clips import HumanClip, Reference, aside
+from retarget.recordings.film import Bone, Stage
+from robot_models import RobotModel
 
 _MOMENTS = (0.15, 0.4, 0.65, 0.9)  # of the dance
 _SIZE = 480, 560  # of one picture [pixels]
@@ -20,22 +20,22 @@ _LIMBS = (
 )  # fmt: skip
 
 
-def save_still(path: Path, result: Retargeted) -> None:
-    """Write a PNG.
+def save_still(path: Path, robot: RobotModel, reference: Reference, source: HumanClip) -> None:
+    """Write a PNG; the source is that of the reference's first dance.
 
     Raises:
         OutputError: no OpenGL on this machine, or the file cannot be written.
     """
     from PIL import Image  # comes with Rerun
 
-    stage, first = Stage(result.robot, _SIZE), result.reference.dance.start
+    stage, first = Stage(robot, _SIZE), reference.dance.start
     pictures = []
     for share in _MOMENTS:
-        frame = int(share * (result.source.frames - 1))
-        qpos = result.reference.qpos[first + frame].copy()
+        frame = int(share * (source.frames - 1))
+        qpos = reference.qpos[first + frame].copy()
         beside = np.array([0.0, _APART])
         stage.look_at(qpos[:2] - 0.5 * beside, qpos[2])
-        pictures.append(stage.draw(qpos, None, _bones(result.source, frame, qpos[:2] - beside)))
+        pictures.append(stage.draw(qpos, None, _bones(source, frame, qpos[:2] - beside)))
     stage.close()
     with aside(path) as unfinished:
         Image.fromarray(np.concatenate(pictures, axis=1)).save(unfinished, format="png")

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from cli.recordings.scene import RED, Log, slug, timelines
 from clips import FREE, PIVOTING, PLANTED, MetricKey, Reference
-from retarget import Diagnosis, Retargeted
-from robot_models import CONTACT_NAMES, self_collisions
+from retarget.recordings.scene import RED, Log, slug, timelines
+from retarget.report import Diagnosis
+from robot_models import CONTACT_NAMES, RobotModel, self_collisions
 from robot_models.incoming import printable
 
 _GREEN = (60, 190, 110, 255)
@@ -19,15 +19,15 @@ _AROUND_S = 0.5  # of a moment without a stretch, that is marked
 _MISSED = "missed"
 
 
-def mark_diagnoses(log: Log, result: Retargeted) -> list[Callable[[Any], Any]]:
-    """Mark every gate that does not hold; returns its views, none where all hold."""
-    found = result.diagnoses
+def mark_diagnoses(
+    log: Log, robot: RobotModel, reference: Reference, found: Sequence[Diagnosis]
+) -> list[Callable[[Any], Any]]:
+    """Mark every gate that does not hold; returns the views, none where all hold."""
     if not found:
         return []
-    reference = result.reference
     for diagnosis in found:
         _draw_lane(log, diagnosis, reference)
-        for points, index in _places(diagnosis, result):
+        for points, index in _places(diagnosis, robot, reference):
             _draw_spot(log, slug(diagnosis.metric.label), points, index)
     _list_moments(log, found, reference.fps)
     return [_lanes, _bookmarks]
@@ -70,9 +70,9 @@ def _stretches(diagnosis: Diagnosis) -> Sequence[tuple[float, float]]:
     return where.stretches or ((max(0.0, where.at_s - _AROUND_S), where.at_s + _AROUND_S),)
 
 
-def _places(diagnosis: Diagnosis, result: Retargeted) -> list[tuple[list[ndarray], list[Any]]]:
+def _places(diagnosis: Diagnosis, robot: RobotModel, reference: Reference) -> list[tuple[list[ndarray], list[Any]]]:
     """Points of every frame that shall be red, with the times of these frames."""
-    reference, where = result.reference, diagnosis.metric.where
+    where = diagnosis.metric.where
     if where is None:
         return []
     seconds = np.arange(reference.frames) / reference.fps
@@ -80,7 +80,7 @@ def _places(diagnosis: Diagnosis, result: Retargeted) -> list[tuple[list[ndarray
     for a, b in _stretches(diagnosis):
         inside |= (seconds > a - 1e-6) & (seconds < b + 1e-6)
     if diagnosis.metric.key is MetricKey.SELF_COLLISION:
-        points = self_collisions(result.robot, reference.qpos).point_w
+        points = self_collisions(robot, reference.qpos).point_w
     elif where.point_w is not None:
         points = np.tile(where.point_w, (reference.frames, 1))
     else:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy import ndarray
 
 from clips import PIVOTING, PLANTED, HumanClip, Reference, write_whole
-from retarget import Retargeted
+from retarget.report import Diagnosis, Report
 from retarget.targets import Targets
 from robot_models import FEET, Part, RobotModel, heel_toe_positions
 from robot_models.incoming import printable
@@ -273,21 +273,17 @@ def markdown(text: str) -> Any:
     return rr.TextDocument(printable(text), media_type=rr.MediaType.MARKDOWN)
 
 
-def report_text(result: Retargeted) -> str:
+def report_text(report: Report, diagnoses: Sequence[Diagnosis], sources: Sequence[HumanClip]) -> str:
     """Gates, why they do not hold, and what the reader found in each of the clips, as markdown."""
-    report = result.report
     rows = [
         f"| {'' if m.limit is None else 'ok' if m.passed else '**FAIL**'} | {m.label} | {m.value:.4g} {m.unit} | "
         f"{'' if m.limit is None else f'{m.limit:.4g}'} |"
         for m in report.metrics
     ]
-    missed = "\n".join(f"- **{d}**" for d in result.diagnoses)
+    missed = "\n".join(f"- **{d}**" for d in diagnoses)
     verdict = "Every gate holds." if report.passed else f"Gates that are missed:\n{missed}"
     table = "\n".join(["| | measured | value | gate |", "|---|---|---|---|", *rows])
-    found = {
-        s.source.file: f"{s.source.dialect}\n\n" + "\n".join(f"- {f}" for f in s.source.findings)
-        for s in result.sources
-    }
+    found = {s.source.file: f"{s.source.dialect}\n\n" + "\n".join(f"- {f}" for f in s.source.findings) for s in sources}
     recognised = "\n\n".join(f"## Recognised: {file}\n{text}" for file, text in found.items())
     return f"# {', '.join(found)}\n{verdict}\n\n{table}\n\n{recognised}\n"
 

@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 
-import cli.recordings.film
-from cli.recordings.film import Stage, write_film
+import retarget.recordings.film
 from clips import OutputError
+from retarget.recordings.film import Stage, write_film
 
 SIZE = 64, 48
 
@@ -43,8 +43,8 @@ def studio(monkeypatch):
             finally:
                 kept.closed.append("film")
 
-    monkeypatch.setattr(cli.recordings.film, "Stage", Double)
-    monkeypatch.setattr(cli.recordings.film, "_encoder", lambda: SimpleNamespace(write_frames=write_frames))
+    monkeypatch.setattr(retarget.recordings.film, "Stage", Double)
+    monkeypatch.setattr(retarget.recordings.film, "_encoder", lambda: SimpleNamespace(write_frames=write_frames))
     return kept
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from cli.recordings.scene import Log
+from retarget.recordings.scene import Log
 
 
 def line_view(name: str, origin: str) -> Callable[[Any], Any]:

@@ -1,6 +1,5 @@
 """Recordings: whole, small, with what they promise inside."""
 
-from cli.recordings.stories import save_retargeting
 from robot_models import load_robot
 
 
@@ -8,7 +7,7 @@ def test_a_recording_holds_source_targets_robot_contacts_and_curves(groove, tmp_
     import rerun as rr
 
     path = tmp_path / "g.rrd"
-    save_retargeting(path, groove)
+    groove.save(path)
     data = path.read_bytes()
     assert list(tmp_path.iterdir()) == [path]
     for name in (
@@ -27,12 +26,12 @@ def test_a_recording_holds_source_targets_robot_contacts_and_curves(groove, tmp_
 def test_the_ghost_is_the_part_of_the_dance_that_the_rollout_follows(groove, tmp_path, monkeypatch):
     import numpy as np
 
-    import cli.recordings.stories
+    import retarget.recordings.stories
 
     seen = {}
-    monkeypatch.setattr(cli.recordings.scene, "plot_curves", lambda log, root, series, index: seen.update(series))
+    monkeypatch.setattr(retarget.recordings.scene, "plot_curves", lambda log, root, series, index: seen.update(series))
     rollout = groove.reference.qpos[groove.reference.dance][:50]
-    cli.recordings.stories.save_rollouts(
+    retarget.recordings.stories.save_rollouts(
         tmp_path / "t.rrd", load_robot("dancer"), groove.reference, {"policy": rollout}, {}, "# text"
     )
     assert np.abs(seen["distance from the ghost [mm]"]).max() < 1e-6
