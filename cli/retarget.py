@@ -16,7 +16,7 @@ from cli.retargeting import (
     stretches,
     verdict_of,
 )
-from cli.shell import command, progress, tell
+from cli.shell import as_toml, command, progress, tell
 from clips import at_speed, cut, read_clip, repair, save_reference
 from retarget import (
     Retargeted,
@@ -51,6 +51,7 @@ def run(args: Arguments) -> int:
     rate = result.reference.frames / (time.perf_counter() - began)
     written = _save(result, dances, args)
     details = [
+        as_toml(args.numbers()),
         *details_of(result, dances),
         report_table(result.report),
         f"{result.reference.frames} frames, retargeted at {rate:.0f} frames/s",
@@ -73,7 +74,7 @@ def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = N
 def _retarget(
     dances: list[Danced], robot: RobotModel, args: Arguments, follow: Progress
 ) -> tuple[Retargeted, list[Transition]]:
-    clips, config = [dance.clip for dance in dances], args.config()
+    clips, config = [dance.clip for dance in dances], args.numbers()
     if len(clips) > 1:
         return retarget_sequence(clips, robot, config, progress=follow)
     if args.fit_dynamics:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cli.judging import as_references
-from cli.shell import DONE, GATE, REFUSED, command, progress, tell
+from cli.shell import DONE, GATE, REFUSED, as_toml, command, progress, tell
 from cli.training import (
     Arguments,
     check_table,
@@ -17,6 +17,7 @@ from cli.training import (
     run_details,
     run_verdict,
 )
+from clips import write_whole
 from robot_models.maths import silent
 from tracking import TrackingError
 
@@ -34,6 +35,7 @@ def run(args: Arguments) -> int:
     """Load, train, report."""
     from tracking.task import select_references
 
+    args.numbers()  # what is wrong with them is told before anything is read
     together, follows = _started_by_torchrun()
     console = args.tell.console(quiet=follows)
     refs = as_references(args.ref, args.file, Path(), console)
@@ -50,7 +52,7 @@ def run(args: Arguments) -> int:
     if teacher is not None and not args.resume:
         from tracking.teaching import judge_tracker
 
-        print_tracker(console, judge_tracker(teacher, chosen.robot, chosen.pieces, args.config()), GATE)
+        print_tracker(console, judge_tracker(teacher, chosen.robot, chosen.pieces, args.numbers()), GATE)
     try:
         result = _train(args, chosen, folder, teacher, follows)
     except RuntimeError:
@@ -59,6 +61,8 @@ def run(args: Arguments) -> int:
         raise
     if follows:
         return DONE
+    with write_whole(folder / "config.toml") as stream:
+        stream.write(as_toml(args.numbers()).encode())
     if args.recording:
         from cli.recordings import save_training
 
@@ -99,5 +103,5 @@ def _train(args: Arguments, chosen: Selection, folder: Path, teacher: Path | Non
     with progress("steps") as tell:
         told = silent if follows else tell
         if teacher is None:
-            return train(chosen.robot, chosen.pieces, folder, args.config(), resume=args.resume, progress=told)
-        return teach(chosen.robot, chosen.pieces, folder, teacher, args.config(), resume=args.resume, progress=told)
+            return train(chosen.robot, chosen.pieces, folder, args.numbers(), resume=args.resume, progress=told)
+        return teach(chosen.robot, chosen.pieces, folder, teacher, args.numbers(), resume=args.resume, progress=told)

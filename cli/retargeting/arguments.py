@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 
-from cli.shell import ClipPath, FileOptions, Out, TellOptions
+from cli.shell import ClipPath, FileOptions, Out, TellOptions, from_file, from_words
 from clips import OutputError
 from retarget import RetargetConfig, RetargetError
 from robot_models import DEFAULT_ROBOT
@@ -25,6 +25,7 @@ class Arguments:
         dance-retarget verse.bvh --then chorus.bvh verse.bvh -o song.npz
         dance-retarget fast.bvh --fit-dynamics
         dance-retarget dance.bvh --drop 13.8-14.3 20-21.5
+        dance-retarget dance.bvh --contact.tight-speed 0.3 --weights.arm 12
         dance-retarget clips/ more/verse.bvh -o references --robot g1,dancer --jobs 2
         dance-retarget /shared/clips -o /shared/references --ray 10.0.0.5:6379
     """
@@ -73,6 +74,8 @@ class Arguments:
     """Write single precision: half the size, forward kinematics to 1e-5."""
     recording: bool = True
     """Write a Rerun recording beside the reference."""
+    config: Path | None = None
+    """Settings of every stage in a TOML file; --verbose prints them all. One alone: --contact.tight-speed 0.3."""
     file: FileOptions = field(default_factory=FileOptions)
     tell: TellOptions = field(default_factory=TellOptions)
 
@@ -81,11 +84,17 @@ class Arguments:
         """The clip, where it is one; of several the first."""
         return self.clips[0]
 
-    def config(self) -> RetargetConfig:
-        """The numbers of every stage, with what was stated."""
-        return replace(
-            RetargetConfig(), solver=self.solver, fps=self.out_fps, lead_in_s=self.lead_in, lead_out_s=self.lead_out
-        )
+    def numbers(self) -> RetargetConfig:
+        """The numbers of every stage: defaults, the file's, what was stated; the later beats the earlier.
+
+        Raises:
+            DanceError: a setting that does not exist, or that no setting can have.
+        """
+        options = {"solver": self.solver, "fps": self.out_fps, "lead_in_s": self.lead_in, "lead_out_s": self.lead_out}
+        stated: dict[str, Any] = {
+            name: value for name, value in options.items() if value != getattr(RetargetConfig(), name)
+        }
+        return from_words(replace(from_file(RetargetConfig(), self.config), **stated))
 
 
 def check_one(args: Arguments) -> None:
@@ -96,6 +105,7 @@ def check_one(args: Arguments) -> None:
     """
     if args.out is not None and (args.out.suffix != ".npz" or args.out.resolve() == args.clip.resolve()):
         raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")
+    args.numbers()
     edits = args.contacts or args.keys or args.write_contacts
     if args.fit_dynamics and edits:
         raise RetargetError(

@@ -37,7 +37,7 @@ def retarget_all(args: Arguments) -> int:
         raise OutputError(f"--out {folder}", found=f"no folder ({e.strerror})", expected="a folder") from e
     jobs = jobs_for(clips, args.robot.split(","), folder)
     config = BatchConfig(
-        reading=args.file.reading(), retargeting=args.config(), strict=args.file.strict, float32=args.float32
+        reading=args.file.reading(), retargeting=args.numbers(), strict=args.file.strict, float32=args.float32
     )
     outcomes: list[Outcome] = []
     table = folder / "summary.csv"

@@ -5,6 +5,7 @@ from cli.shell.extras import PARTS
 from cli.shell.interrupts import interrupted_by_signals
 from cli.shell.options import ClipPath, FileOptions, Out
 from cli.shell.progress_bar import progress
+from cli.shell.settings import as_toml, from_file, from_words
 from cli.shell.telling import TellOptions, tell
 from cli.shell.terminal import BELOW_GATE, DONE, GATE, REFUSED, SOME_REFUSED, command, flag, write_text
 from cli.shell.typed import again
@@ -25,8 +26,11 @@ __all__ = [
     "Trouble",
     "Verdict",
     "again",
+    "as_toml",
     "command",
     "flag",
+    "from_file",
+    "from_words",
     "interrupted_by_signals",
     "make_console",
     "progress",

@@ -9,7 +9,7 @@ import inspect
 import os
 import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_type_hints
@@ -19,6 +19,7 @@ from rich.console import Console
 
 from cli.shell.console import as_any_terminal_can, make_console
 from cli.shell.extras import refusal_of
+from cli.shell.settings import split_dotted
 from cli.shell.typed import again, remember, typed_name
 from clips import write_whole
 from clips.identify import MappingNeededError
@@ -36,15 +37,8 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
     if words == ["--version"]:
         print(name, __version__)
         return DONE
-    remember(name, words)
     as_any_terminal_can()
-    options = tyro.cli(
-        arguments,
-        prog=name,
-        args=[_harmless(word) for word in words],
-        description=inspect.cleandoc(arguments.__doc__ or ""),
-        config=(tyro.conf.OmitArgPrefixes,),
-    )
+    options = parse(arguments, words, name)
     try:
         return body(options)
     except MappingNeededError as e:
@@ -60,6 +54,19 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         return 130
+
+
+def parse(arguments: type[T], words: Sequence[str], name: str) -> T:
+    """The arguments that words state; settings with dotted names are kept for whoever asks (`from_words`)."""
+    left, dotted = split_dotted(words) if "config" in option_names(arguments) else (list(words), {})
+    remember(name, words, dotted)
+    return tyro.cli(
+        arguments,
+        prog=name,
+        args=[_harmless(word) for word in left],
+        description=inspect.cleandoc(arguments.__doc__ or ""),
+        config=(tyro.conf.OmitArgPrefixes,),
+    )
 
 
 def _harmless(word: str) -> str:

@@ -7,11 +7,18 @@ from collections.abc import Mapping, Sequence
 from contextvars import ContextVar
 
 _TYPED: ContextVar[tuple[str, tuple[str, ...]]] = ContextVar("typed", default=("", ()))
+_STATED: ContextVar[tuple[tuple[str, str], ...]] = ContextVar("stated", default=())
 
 
-def remember(name: str, words: Sequence[str]) -> None:
-    """Keep the name of a command and the words after it."""
+def remember(name: str, words: Sequence[str], dotted: Mapping[str, str] | None = None) -> None:
+    """Keep the name of a command and the words after it, and the settings among these."""
     _TYPED.set((name, tuple(words)))
+    _STATED.set(tuple((dotted or {}).items()))
+
+
+def stated() -> Mapping[str, str]:
+    """Settings that were stated, by their dotted names."""
+    return dict(_STATED.get())
 
 
 def typed_name() -> str:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from cli.shell import FileOptions, Out, TellOptions
+from cli.shell import FileOptions, Out, TellOptions, from_file, from_words
 from tracking import TrainConfig
 
 
@@ -22,6 +22,7 @@ class Arguments:
         dance-train --ref out.npz --teacher twist2_1017_20k.onnx
         dance-train --ref out.npz --check-ref
         dance-train --ref out.npz --minutes 2
+        dance-train --ref out.npz --teacher none --ppo.hidden 512,256 --task.rewards.action-rate 0.2
         dance-train --ref out.npz -o runs/groove --resume
         dance-train --ref verse.npz chorus.npz -o runs/song
         dance-train --ref references -o runs/all --steps 50000000
@@ -66,21 +67,26 @@ class Arguments:
     """Only play the reference: perfectly, and with zero action. No training."""
     anyway: bool = False
     """Train on a reference whose gates failed."""
+    config: Path | None = None
+    """Settings of task and training in a TOML file; a run keeps its own in config.toml. One alone:
+    --task.rewards.action-rate 0.2, --ppo.hidden 512,256."""
     file: FileOptions = field(default_factory=FileOptions)
     tell: TellOptions = field(default_factory=TellOptions)
 
-    def config(self) -> TrainConfig:
-        """All numbers of the run."""
-        base = TrainConfig(
-            steps=TrainConfig.steps if self.steps is None else self.steps,
-            minutes=self.minutes,
-            envs=self.envs,
-            seed=self.seed,
-            threads=self.threads,
-            target=self.target,
-            engine=self.engine,
-        )
+    def numbers(self) -> TrainConfig:
+        """All numbers of the run: defaults, the file's, what was stated; the later beats the earlier.
+
+        Raises:
+            DanceError: a setting that does not exist, or that no setting can have.
+        """
+        names = ("minutes", "envs", "seed", "threads", "target", "engine", "steps")
+        options = {name: getattr(self, name) for name in names}
+        stated: dict[str, Any] = {
+            name: value for name, value in options.items() if value not in (None, getattr(TrainConfig, name))
+        }
+        base = replace(from_file(TrainConfig(), self.config), **stated)
         if self.steps is not None:
             base = replace(base, distillation=replace(base.distillation, samples=self.steps))
-        draw = replace(base.task.randomisation, enabled=self.randomisation)
-        return replace(base, task=replace(base.task, randomisation=draw))
+        if not self.randomisation:
+            base = replace(base, task=replace(base.task, randomisation=replace(base.task.randomisation, enabled=False)))
+        return from_words(base)

@@ -22,6 +22,7 @@ import cli.retarget
 import cli.robot
 import cli.train
 import cli.verify
+from cli.shell.terminal import parse
 
 COMMANDS = {
     "dance-retarget": cli.retarget.main,
@@ -151,8 +152,6 @@ def test_eval_refuses_another_reference(groove_file, tmp_path, capsys):
 def test_every_command_in_the_readme_parses(name):
     import inspect as python
 
-    import tyro
-
     text = (ROOT / name).read_text(encoding="utf-8")
     lines = [
         m.group(1)
@@ -163,7 +162,7 @@ def test_every_command_in_the_readme_parses(name):
     for line in lines:
         words = shlex.split(line.split("#")[0])
         arguments = python.getmodule(COMMANDS[words[0]]).Arguments
-        tyro.cli(arguments, args=words[1:], config=(tyro.conf.OmitArgPrefixes,))
+        parse(arguments, words[1:], words[0])
 
 
 def test_both_readmes_show_the_same_commands():
@@ -199,11 +198,9 @@ def test_links_in_the_documents_lead_somewhere():
 def test_examples_in_the_help_parse(capsys):
     import inspect as python
 
-    import tyro
-
     for name, main in COMMANDS.items():
         arguments = python.getmodule(main).Arguments
         examples = [line.strip() for line in arguments.__doc__.splitlines() if line.split()[:1] == [name]]
         assert examples, name
         for line in examples:
-            tyro.cli(arguments, args=shlex.split(line)[1:], config=(tyro.conf.OmitArgPrefixes,))
+            parse(arguments, shlex.split(line)[1:], name)
