@@ -33,6 +33,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Load, train, report."""
+    from tracking import AUTO, NOBODY, named_teacher, refuse_run_that_is_there
     from tracking.task import select_references
 
     args.numbers()  # what is wrong with them is told before anything is read
@@ -47,6 +48,10 @@ def run(args: Arguments) -> int:
     first = refs[0].resolve()
     name = first.name if first.is_dir() else first.stem
     folder = args.out or Path("runs") / (name if len(args.ref) == 1 else f"{len(chosen.pieces)}_references")
+    if not args.resume:
+        refuse_run_that_is_there(folder)
+    if args.teacher not in (AUTO, NOBODY):
+        named_teacher(args.teacher)
     teacher = _teacher(args, chosen, together)
     print_plan(console, chosen, folder, teacher)
     if teacher is not None and not args.resume:
@@ -86,7 +91,8 @@ def _check(args: Arguments, chosen: Selection, refs: list[Path]) -> int:
 
 
 def _teacher(args: Arguments, chosen: Selection, together: bool) -> Path | None:
-    from tracking.teaching import AUTO, NOBODY, find_teacher
+    from tracking import AUTO, NOBODY
+    from tracking.teaching import find_teacher
 
     alone = not together and args.engine == "mujoco"
     if not alone and args.teacher not in (AUTO, NOBODY):

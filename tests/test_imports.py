@@ -18,7 +18,7 @@ HOUSE = {
     ),
     "clips": "errors contact config files metrics provenance clip reference reference_file checks edit identify readers writers",
     "retarget": "errors config targets solver per_frame dynamics report recordings pipeline workflows",
-    "tracking": "errors config policy engines task evaluation training teaching envs deploy",
+    "tracking": "errors config policy run_files engines task evaluation training teaching envs deploy",
     "cli": "shell recordings retargeting evaluating training deploying inspecting judging *",
 }
 FLOORS = list(HOUSE)

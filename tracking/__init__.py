@@ -50,6 +50,7 @@ if TYPE_CHECKING:
         read_golden,
         replay,
     )
+    from tracking.run_files import AUTO, NOBODY, named_teacher, refuse_run_that_is_there
     from tracking.task import TrackingTask
     from tracking.teaching import teach
     from tracking.training import Run, export_bundle, train
@@ -64,6 +65,7 @@ _ROOMS = {
         "Bundle", "Contract", "Measurement", "Motion", "Runner", "check_contract", "load_bundle", "motion_of", "onnx_policy",
         "read_contract", "read_golden", "replay",
     ),
+    "run_files": ("AUTO", "NOBODY", "named_teacher", "refuse_run_that_is_there"),
     "task": ("TrackingTask",),
     "teaching": ("teach",),
     "training": ("Run", "export_bundle", "train"),
@@ -71,7 +73,9 @@ _ROOMS = {
 _ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
 
 __all__ = [
+    "AUTO",
     "ENGINES",
+    "NOBODY",
     "Bundle",
     "Cell",
     "Contract",
@@ -103,10 +107,12 @@ __all__ = [
     "export_bundle",
     "load_bundle",
     "motion_of",
+    "named_teacher",
     "onnx_policy",
     "play",
     "read_contract",
     "read_golden",
+    "refuse_run_that_is_there",
     "replay",
     "start",
     "sweep",

@@ -4,11 +4,9 @@ from tracking.teaching.focus import Focus, focus, judge_teacher
 from tracking.teaching.teach import teach, teach_tracker
 from tracking.teaching.teacher import TeacherTrainer, teacher_actions, teaching_task
 from tracking.teaching.teacher_file import Teacher, load_teacher, restore_teacher, save_teacher
-from tracking.teaching.who_teaches import AUTO, NOBODY, find_teacher, judge_tracker
+from tracking.teaching.who_teaches import find_teacher, judge_tracker
 
 __all__ = [
-    "AUTO",
-    "NOBODY",
     "Focus",
     "Teacher",
     "TeacherTrainer",

@@ -7,15 +7,13 @@ from pathlib import Path
 
 from robot_models import RobotModel
 from tracking.config import TrainConfig
-from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
 from tracking.policy import CONTRACT, SHIPPED, read_runner, read_tracker, with_gains
+from tracking.run_files import AUTO, NOBODY, TEACHER, named_teacher
 from tracking.task import NamedReference, TrackingTask
 from tracking.teaching.adviser import Adviser, TeacherAdviser, TrackerAdviser
 from tracking.teaching.teacher_file import load_teacher, teacher_actor
-from tracking.training import TEACHER
 
-AUTO, NOBODY = "auto", "none"
 REHEARSAL = "rehearsal.npz"
 
 
@@ -32,25 +30,10 @@ def find_teacher(asked: str, robot: str, control_dt: float) -> Path | None:
     """
     if asked == NOBODY:
         return None
-    own = SHIPPED / (f"tracker-{robot}" if asked == AUTO else asked) / TEACHER
     if asked == AUTO:
+        own = SHIPPED / f"tracker-{robot}" / TEACHER
         return own if own.is_file() and load_teacher(own).control_dt == control_dt else None
-    if own.is_file():
-        return own
-    given = Path(asked)
-    path = given / TEACHER if given.is_dir() else given
-    if not path.is_file():
-        known = (
-            "a tracker's ONNX",
-            "a teacher.pt",
-            *sorted(p.parent.name for p in SHIPPED.glob(f"*/{TEACHER}")),
-            NOBODY,
-        )
-        raise TrackingError(
-            f"teacher '{asked}'", found="no such file", expected=", ".join(known),
-            option="teacher", suggestion=NOBODY,
-        )  # fmt: skip
-    return path
+    return named_teacher(asked)
 
 
 def adviser_of(

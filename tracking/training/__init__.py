@@ -1,12 +1,13 @@
 """Learning: PPO on the task, its checkpoints and curves, one process or many, and the export of what was learnt."""
 
+from tracking.run_files import CHECKPOINT, CURVES, TEACHER
 from tracking.training.actor_export import export_bundle, export_tracker, torch_policy
 from tracking.training.checkpoint import load_checkpoint
 from tracking.training.curves import TensorBoard, write_curves
 from tracking.training.distributed import Team
 from tracking.training.ppo import Iteration, Trainer, make_algorithm
 from tracking.training.run import train
-from tracking.training.run_record import CHECKPOINT, CURVES, TEACHER, Run, run_folder
+from tracking.training.run_record import Run, run_folder
 from tracking.training.stop_signals import Signals
 
 __all__ = [

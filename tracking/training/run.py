@@ -13,13 +13,14 @@ from robot_models.maths import Progress, silent
 from tracking.config import PpoConfig, TrainConfig
 from tracking.engines import training_engine
 from tracking.errors import TrackingError
+from tracking.run_files import CHECKPOINT, CURVES
 from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256
 from tracking.training.actor_export import export_bundle, torch_policy
 from tracking.training.checkpoint import load_checkpoint, restore, save_checkpoint
 from tracking.training.curves import TensorBoard, write_curves
 from tracking.training.distributed import join_team
 from tracking.training.ppo import Iteration, Trainer
-from tracking.training.run_record import CHECKPOINT, CURVES, Run, run_folder
+from tracking.training.run_record import Run, run_folder
 from tracking.training.stop_signals import Signals
 
 _APART = 10_000  # between the seeds of the processes of a team

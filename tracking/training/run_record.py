@@ -15,10 +15,9 @@ from tracking.config import TrainConfig
 from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
 from tracking.policy import Policy
+from tracking.run_files import refuse_run_that_is_there
 from tracking.task import NamedReference
 from tracking.training.folder_lock import alone_in
-
-CHECKPOINT, CURVES, TEACHER = "checkpoint.pt", "curves.csv", "teacher.pt"
 
 
 @dataclass(kw_only=True)
@@ -88,9 +87,6 @@ def run_folder(folder: Path, resume: bool) -> Iterator[None]:
     except OSError as e:
         raise TrackingError(str(folder), found=f"a folder that cannot be made ({e.strerror})", expected="one") from e
     with alone_in(folder):
-        if not resume and any((folder / name).exists() for name in (CHECKPOINT, TEACHER)):
-            raise TrackingError(
-                str(folder), found="a run that is already there", expected="a new folder",
-                cure="name another, or go on with it", option="resume", suggestion=" ",
-            )  # fmt: skip
+        if not resume:
+            refuse_run_that_is_there(folder)
         yield

@@ -1,0 +1,43 @@
+"""The files of a training run, and what is asked of them before anything heavy is imported."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tracking.errors import TrackingError
+from tracking.policy import SHIPPED
+
+CHECKPOINT, TEACHER, CURVES = "checkpoint.pt", "teacher.pt", "curves.csv"
+AUTO, NOBODY = "auto", "none"
+
+
+def refuse_run_that_is_there(folder: Path) -> None:
+    """Refuse to begin a run where there is one.
+
+    Raises:
+        TrackingError: a run is already there.
+    """
+    if any((folder / name).exists() for name in (CHECKPOINT, TEACHER)):
+        raise TrackingError(
+            str(folder), found="a run that is already there", expected="a new folder",
+            cure="name another, or go on with it", option="resume", suggestion=" ",
+        )  # fmt: skip
+
+
+def named_teacher(asked: str) -> Path:
+    """The file of a teacher that is asked for: by its path, its folder, or the name of one that comes with the package.
+
+    Raises:
+        TrackingError: there is no such teacher.
+    """
+    own, given = SHIPPED / asked / TEACHER, Path(asked)
+    if own.is_file():
+        return own
+    path = given / TEACHER if given.is_dir() else given
+    if not path.is_file():
+        shipped = sorted(p.parent.name for p in SHIPPED.glob(f"*/{TEACHER}"))
+        known = ("a tracker's ONNX", "a teacher.pt", *shipped, NOBODY)
+        raise TrackingError(
+            f"teacher '{asked}'", found="no such file", expected=", ".join(known), option="teacher", suggestion=NOBODY
+        )
+    return path
