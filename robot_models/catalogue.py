@@ -27,7 +27,7 @@ def find_profile(name_or_path: str) -> RobotProfile:
         RobotError: nothing of that name or path.
     """
     if name_or_path in robot_names():
-        return read_profile(PROFILES / f"{name_or_path}.toml")
+        return _built_in(name_or_path)
     path = Path(name_or_path)
     if path.suffix in (".toml", ".urdf", ".xml", ".mjcf"):
         return read_profile(path.with_suffix(".toml"))
@@ -52,6 +52,12 @@ def load_robot(name_or_path: str = DEFAULT_ROBOT) -> RobotModel:
     return _load(str(profile) if profile.is_file() else name_or_path, _written(profile))
 
 
+@lru_cache
+def _built_in(name: str) -> RobotProfile:
+    """A profile that comes with the package, which does not change while it is used."""
+    return read_profile(PROFILES / f"{name}.toml")
+
+
 @lru_cache(maxsize=8)
 def _load(name_or_path: str, _modified: int) -> RobotModel:
     return build_robot(find_profile(name_or_path))
@@ -63,6 +69,6 @@ def _written(path: Path) -> int:
 
 def installed(name: str) -> bool:
     """Whether the model file of a built-in robot is on this machine."""
-    profile = read_profile(PROFILES / f"{name}.toml")
+    profile = _built_in(name)
     path = locate(profile.source, profile.folder)
     return path is not None and path.is_file()

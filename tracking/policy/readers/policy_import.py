@@ -49,7 +49,7 @@ def read_unitree(path: Path, robot: RobotModel, reference: Reference, network: P
     text = read_text(path, expected=expected, most=MAX_CONFIG, error=TrackingError)
     with reading(str(path), expected=expected, error=TrackingError):
         try:
-            told = yaml.safe_load(text)
+            told = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
         except yaml.YAMLError as e:
             raise TrackingError(str(path), found=f"no YAML ({e})"[:200], expected=expected) from e
         if expanded(told) > _MOST_VALUES:
