@@ -8,7 +8,7 @@ OUT    ?= out
 # make demo TORCH="torch==2.13.0 --index-url https://download.pytorch.org/whl/cpu"
 TORCH  ?= torch==2.13.0
 
-.PHONY: demo test test-slow fuzz check wheel clean
+.PHONY: demo test test-slow fuzz check docs wheel clean
 
 $(VENV)/base: pyproject.toml tested-versions.txt
 	$(PYTHON) -m venv $(VENV)
@@ -52,6 +52,11 @@ check: $(VENV)/dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	for example in examples/*.py; do $(BIN)/mypy $$example || exit 1; done
+
+# The site of the documentation, in out/site; a broken link fails it.
+docs: $(VENV)/base
+	$(PIP) install -c tested-versions.txt -e '.[docs]'
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python scripts/docs_site.py $(OUT)/site
 
 wheel: $(VENV)/dev
 	rm -rf dist build

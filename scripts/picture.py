@@ -9,6 +9,7 @@ viewer is asked again until two pictures in a row are equal.
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import socket
 import subprocess
@@ -16,6 +17,8 @@ import tempfile
 import time
 from pathlib import Path
 from typing import Any
+
+from PIL import Image
 
 
 def main() -> None:
@@ -25,13 +28,16 @@ def main() -> None:
     parser.add_argument("picture", type=Path)
     parser.add_argument("--at", type=float, default=0.0, help="seconds")
     parser.add_argument("--size", default="1400x800")
+    parser.add_argument("--bare", action="store_true", help="without the viewer's bars")
     args = parser.parse_args()
     port = _free_port()
     viewer = _open(args.recording, port, args.size)
     try:
         client = _connect(port, viewer)
         client.set_time("seconds", duration=args.at, play_state="paused")
-        args.picture.write_bytes(_settled(client))
+        picture = Image.open(io.BytesIO(_settled(client)))
+        width, height = picture.size
+        picture.crop((2, 66, width - 2, height - 44) if args.bare else (0, 0, width, height)).save(args.picture)
     finally:
         viewer.terminate()
         viewer.wait(10)

@@ -3,12 +3,13 @@
 from retarget.recordings.film import write_film
 from retarget.recordings.pictures import save_still
 from retarget.recordings.plots import plot_report
-from retarget.recordings.stories import save_comparison, save_rehearsal, save_retargeting, save_rollouts
+from retarget.recordings.stories import save_comparison, save_moments, save_rehearsal, save_retargeting, save_rollouts
 from retarget.recordings.viewer import show
 
 __all__ = [
     "plot_report",
     "save_comparison",
+    "save_moments",
     "save_rehearsal",
     "save_retargeting",
     "save_rollouts",

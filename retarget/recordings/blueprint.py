@@ -49,7 +49,7 @@ def send_blueprint(
     )
     log.send_blueprint(
         rrb.Blueprint(
-            rrb.Horizontal(view, side, column_shares=[3, 2]),
+            rrb.Horizontal(view, side, column_shares=[3, 2]) if plots else view,
             rrb.TopPanel(state="hidden"),
             rrb.BlueprintPanel(state="hidden"),
             rrb.SelectionPanel(state="hidden"),

@@ -169,7 +169,7 @@ def parses(line):
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_command_in_the_documents_parses(path):
     lines = commands_in(path.read_text(encoding="utf-8"))
-    assert len(lines) >= (5 if path.name.startswith("README") and path.parent == ROOT else 0)
+    assert len(lines) >= {"README.md": 2, "README.zh-CN.md": 2, "commands.md": 20}.get(path.name, 0)
     for line in lines:
         parses(line)
 
@@ -206,13 +206,21 @@ def test_every_command_that_is_proposed_parses(groove_file, tmp_path, monkeypatc
         parses(command)
 
 
-def test_both_readmes_show_the_same_commands():
+TRANSLATED = [path for path in DOCUMENTS if path.name.endswith(".zh-CN.md")]
+
+
+@pytest.mark.parametrize("path", TRANSLATED, ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_translation_shows_the_same_commands_sections_and_rows(path):
     found = []
-    for name in ("README.md", "README.zh-CN.md"):
-        text = (ROOT / name).read_text(encoding="utf-8")
+    for file in (path, path.with_name(path.name.replace(".zh-CN", ""))):
+        text = file.read_text(encoding="utf-8")
         blocks = re.findall(r"```bash\n(.*?)```", text, re.S)
-        found.append([re.sub(r"\s*#.*", "", line).strip() for b in blocks for line in b.splitlines() if line.strip()])
+        lines = [re.sub(r"\s*#.*", "", line).strip() for b in blocks for line in b.splitlines() if line.strip()]
+        found.append(
+            (lines, len(re.findall(r"^#+ ", re.sub(r"```.*?```", "", text, flags=re.S), re.M)), text.count("\n|"))
+        )
     assert found[0] == found[1]
+    assert len(TRANSLATED) >= 9
 
 
 def test_an_output_of_another_kind_is_refused(tmp_path, capsys):
