@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from cli.shell import GATE, ClipPath, TellOptions, Verdict, command, progress, tell
+from cli.shell import GATE, ClipPath, TellOptions, Verdict, command, line, progress, tell
 from clips import write_whole
 from tracking import TrackingError
 
@@ -69,13 +69,13 @@ def run(args: Arguments) -> int:
     write_certificate(path, certificate)
     with write_whole(page) as stream:
         stream.write(certificate_page(args.bundle.name, certificate).encode())
-    line, *more = certificate.lines()
+    first, *more = certificate.lines()
     verdict = Verdict(
         passed=certificate.finished.interval[0] >= GATE - args.half_width,
-        line=f"{args.bundle.name}: {line}",
+        line=f"{args.bundle.name}: {first}",
         notes=tuple(more),
         written=(path, page),
-        steps=((f"dance-deploy {args.bundle} --rehearse", "over a robot's own messages, on this machine (G1)"),),
+        steps=((line("dance-deploy", args.bundle, "--rehearse"), "over a robot's own messages, on this machine (G1)"),),
         data={"certificate": asdict(certificate)},
     )
     return tell(verdict, args.tell)

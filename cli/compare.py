@@ -9,7 +9,7 @@ from typing import Annotated
 import tyro
 
 from cli.judging import difference_table, judge_all, metrics_table
-from cli.shell import DONE, FileOptions, TellOptions, Verdict, command, tell
+from cli.shell import DONE, FileOptions, TellOptions, Verdict, command, line, tell
 from clips import ClipError
 from retarget import limb_angles
 
@@ -61,7 +61,7 @@ def run(args: Arguments) -> int:
             for j in judged
         ),
         written=written,
-        steps=tuple((f"rerun {path}", "look at them") for path in written),
+        steps=tuple((line("rerun", path), "look at them") for path in written),
         data={"limb_angles_deg": means, "reports": {j.name: j.result.report.as_dict() for j in judged}},
     )
     differences = [difference_table(first, j) for j in others]

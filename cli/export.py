@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cli.shell import ClipPath, Out, TellOptions, Verdict, command, tell
+from cli.shell import ClipPath, Out, TellOptions, Verdict, command, line, tell
 from clips import folder_aside
 from tracking import TrackingError
 
@@ -87,9 +87,9 @@ def run(args: Arguments) -> int:
         doubts=(f"no beyondmimic.onnx: {refused}",) if refused else (),
         written=tuple(sorted(out.iterdir())),
         steps=(
-            (f"dance-eval {out} --engine all", "judge it, in three engines"),
-            (f"dance-certify {out}", "how often it finishes, to a per cent"),
-            (f"dance-deploy {out} --rehearse", "over a robot's own messages, on this machine (G1)"),
+            (line("dance-eval", out, "--engine", "all"), "judge it, in three engines"),
+            (line("dance-certify", out), "how often it finishes, to a per cent"),
+            (line("dance-deploy", out, "--rehearse"), "over a robot's own messages, on this machine (G1)"),
         ),
     )
     return tell(verdict, args.tell)

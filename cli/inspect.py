@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import asdict, dataclass, field, replace
 
 from cli.inspecting import checks_table, evidence
-from cli.shell import DONE, ClipPath, FileOptions, TellOptions, Trouble, Verdict, again, command, tell
+from cli.shell import DONE, ClipPath, FileOptions, TellOptions, Trouble, Verdict, again, command, line, tell
 from clips import Clip, ClipError, HumanClip, read_clip, repair
 from clips.checks import CHECKS
 
@@ -61,9 +60,7 @@ def _verdict(args: Arguments, clip: Clip, no_rate: bool, trouble: str) -> Verdic
         line=known,
         doubts=tuple(doubtful),
         troubles=tuple(troubles),
-        steps=()
-        if troubles
-        else ((f"dance-retarget {shlex.quote(str(args.clip))}", "bring it to a robot; --robot g1"),),
+        steps=() if troubles else ((line("dance-retarget", args.clip), "bring it to a robot; --robot g1"),),
         data={"source": asdict(clip.source), "frames": clip.frames, "fps": None if no_rate else clip.fps},
     )
 

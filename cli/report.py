@@ -9,7 +9,7 @@ from typing import Annotated
 import tyro
 
 from cli.judging import Judged, judge_all, metrics_table
-from cli.shell import DONE, FileOptions, TellOptions, Trouble, Verdict, command, tell
+from cli.shell import DONE, FileOptions, TellOptions, Trouble, Verdict, command, line, tell
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,22 +60,22 @@ def _record(path: Path, judged: list[Judged]) -> None:
 def _verdict(judged: list[Judged], written: tuple[Path, ...]) -> Verdict:
     good = [j.name for j in judged if j.result.report.passed]
     first = judged[0]
-    said = f"{first.clip.source.dialect}, {first.result.reference.duration_s:.1f} s for {first.result.robot.name}"
+    what = f"{first.clip.source.dialect}, {first.result.reference.duration_s:.1f} s for {first.result.robot.name}"
     steps: tuple[tuple[str, str], ...] = ()
     if len(judged) == 1:
-        line = f"{first.name} as it stands: {said}; {'every gate holds' if good else 'gates are missed'}"
+        said = f"{first.name} as it stands: {what}; {'every gate holds' if good else 'gates are missed'}"
         if good:
-            steps = ((f"dance-train --ref {first.path}", "a policy that dances it as it stands"),)
+            steps = ((line("dance-train", "--ref", first.path), "a policy that dances it as it stands"),)
         else:
-            steps = ((f"dance-retarget {first.path}", "the same motion, solved anew inside the gates"),)
+            steps = ((line("dance-retarget", first.path), "the same motion, solved anew inside the gates"),)
     else:
-        line = f"{len(good)} of {len(judged)} inside every gate{': ' if good else ''}{', '.join(good)}"
+        said = f"{len(good)} of {len(judged)} inside every gate{': ' if good else ''}{', '.join(good)}"
     return Verdict(
         passed=len(good) == len(judged),
         code=None if len(judged) == 1 else DONE,  # of several, which is better was asked
-        line=line,
+        line=said,
         troubles=tuple(Trouble(what=f"{j.name}: {d}") for j in judged for d in j.result.diagnoses),
         written=written,
-        steps=(*((f"rerun {path}", "look at it") for path in written), *steps),
+        steps=(*((line("rerun", path), "look at it") for path in written), *steps),
         data={"reports": {j.name: j.result.report.as_dict() for j in judged}},
     )

@@ -10,7 +10,7 @@ from rich.table import Table
 import clips.samples
 from cli.retargeting import report_table
 from cli.robot_arguments import Add, Arguments, Check
-from cli.shell import TellOptions, Trouble, Verdict, command, tell
+from cli.shell import TellOptions, Trouble, Verdict, command, line, tell
 from clips import OutputError, cut, read_clip, write_whole
 from retarget.workflows import check_robot
 from robot_models import find_profile, installed, load_robot, robot_names
@@ -98,8 +98,8 @@ def _check(name: str, folder: Path, options: TellOptions, notes: tuple[str, ...]
         troubles=tuple(Trouble(what=f"look at {line}") for line in check.to_mend),
         written=tuple(written),
         steps=(
-            (f"rerun {written[0]}", "look at it"),
-            (f"dance-retarget CLIP --robot {name}", "a dance of yours"),
+            (line("rerun", written[0]), "look at it"),
+            (line("dance-retarget", "CLIP", "--robot", name), "a dance of yours"),
         ),
         data={"report": check.result.report.as_dict()},
     )

@@ -7,7 +7,7 @@ import importlib.util
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from cli.shell import ClipPath, TellOptions, Trouble, Verdict, command, tell
+from cli.shell import ClipPath, TellOptions, Trouble, Verdict, command, line, tell
 from clips import Reference, ReferenceFileError, is_reference, load_reference
 from robot_models import RobotModel, load_robot
 
@@ -62,7 +62,7 @@ def run(args: Arguments) -> int:
         troubles=tuple(Trouble(what=said) for said in wrong),
         steps=()
         if wrong
-        else ((f"dance-train --ref {args.reference} --check-ref", "is it worth training on? seconds"),),
+        else ((line("dance-train", "--ref", args.reference, "--check-ref"), "is it worth training on? seconds"),),
     )
     return tell(verdict, args.tell)
 

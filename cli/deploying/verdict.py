@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cli.deploying.arguments import Arguments
-from cli.shell import Trouble, Verdict, again
+from cli.shell import Trouble, Verdict, again, line
 
 
 def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
@@ -28,7 +28,9 @@ def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
     median, late, worst = numbers["command period p50, p99, max [ms]"]
     written = () if args.recording is None else (args.recording,)
     look = (
-        (f"rerun {args.recording}", "look at it") if written else (again({"--recording": "rehearsal.rrd"}), "record it")
+        (line("rerun", args.recording), "look at it")
+        if written
+        else (again({"--recording": "rehearsal.rrd"}), "record it")
     )
     return Verdict(
         passed=not troubles,

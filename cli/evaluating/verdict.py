@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cli.evaluating.arguments import Arguments
-from cli.shell import GATE, Trouble, Verdict, again
+from cli.shell import GATE, Trouble, Verdict, again, line
 
 if TYPE_CHECKING:
     from tracking import Evaluation
@@ -71,15 +71,19 @@ def _trouble(result: Evaluation, args: Arguments) -> Trouble:
     what = f"below the gate of {100 * GATE:.0f} %: first off by {causes}" if causes else f"below {100 * GATE:.0f} %"
     cures = []
     if (args.bundle / "checkpoint.pt").exists():
-        cures.append(("train on", f"dance-train --ref {args.bundle / 'reference.npz'} -o {args.bundle} --resume"))
+        cures.append(
+            ("train on", line("dance-train", "--ref", args.bundle / "reference.npz", "-o", args.bundle, "--resume"))
+        )
     return Trouble(what=what, cures=tuple(cures))
 
 
 def _steps(args: Arguments, passed: bool, written: tuple[Path, ...]) -> tuple[tuple[str, str], ...]:
     look = (
-        (f"rerun {written[0]}", "look at it") if written else (again({"--recording": "eval.rrd"}), "record it, to look")
+        (line("rerun", written[0]), "look at it")
+        if written
+        else (again({"--recording": "eval.rrd"}), "record it, to look")
     )
     if not passed:
         return (look,)
     more = [] if args.engine == "all" else [(again({"--engine": "all"}), "the same in PhysX, twice")]
-    return (look, *more, (f"dance-export {args.bundle} -o bundle", "for a robot, or another tool"))
+    return (look, *more, (line("dance-export", args.bundle, "-o", "bundle"), "for a robot, or another tool"))

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from cli.shell import BELOW_GATE, DONE, REFUSED, SOME_REFUSED, Trouble, Verdict
+from cli.shell import BELOW_GATE, DONE, REFUSED, SOME_REFUSED, Trouble, Verdict, line
 from clips import MetricKey
 from retarget.workflows import Outcome
 
@@ -36,7 +36,7 @@ def batch_verdict(outcomes: Sequence[Outcome], table: Path) -> Verdict:
     code = (
         DONE if not refused + below else REFUSED if refused == len(outcomes) else BELOW_GATE if below else SOME_REFUSED
     )
-    which = f" --robot {robots[0]}" if len(robots) > 1 else ""
+    which = ("--robot", robots[0]) if len(robots) > 1 else ()
     good = len(outcomes) - refused - below
     return Verdict(
         passed=code == DONE,
@@ -45,7 +45,12 @@ def batch_verdict(outcomes: Sequence[Outcome], table: Path) -> Verdict:
         troubles=_troubles(outcomes),
         written=(table,),
         notes=(f"{len(outcomes) - refused} references in {folder}",),
-        steps=((f"dance-train --ref {folder} -o runs/{folder.name}{which}", "one policy for all of one robot"),)
+        steps=(
+            (
+                line("dance-train", "--ref", folder, "-o", f"runs/{folder.name}", *which),
+                "one policy for all of one robot",
+            ),
+        )
         if good
         else (),
         data={"outcomes": [asdict(o) for o in outcomes]},

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cli.retargeting.arguments import Arguments
-from cli.shell import Trouble, Verdict, again, flag
+from cli.shell import Trouble, Verdict, again, flag, line
 from clips import Clip, MetricKey
 from clips.checks import doubts
 from retarget import Cure, Diagnosis, Report, Retargeted, Transition, flight_fit, hardest_stretches
 
 _OFF_FLIGHT_M = 0.03  # of a flight's rise from gravity's that is worth a line
+_LONGEST_FLIGHT_S = 0.8  # beyond it feet hover, which a gate tells
 _EASE = 0.95  # of the speed at which a limit would just hold
 
 
@@ -52,10 +53,10 @@ def verdict_of(
         if report.passed
         else f"{len(troubles)} of {_gates(report)} gates missed; it is written all the same"
     )
-    look = [(f"rerun {path}", "look at it") for path in written if path.suffix == ".rrd"]
+    look = [(line("rerun", path), "look at it") for path in written if path.suffix == ".rrd"]
     train = [
-        (f"dance-train --ref {written[0]} --check-ref", "is it worth training on? seconds"),
-        (f"dance-train --ref {written[0]}", "a policy that dances it"),
+        (line("dance-train", "--ref", written[0], "--check-ref"), "is it worth training on? seconds"),
+        (line("dance-train", "--ref", written[0]), "a policy that dances it"),
     ]
     return Verdict(
         passed=report.passed,
@@ -180,5 +181,5 @@ def details_of(result: Retargeted, dances: Sequence[Danced]) -> list[str]:
         f"flight from {f.start_s:.2f} to {f.end_s:.2f} s rises {100 * f.rise:.0f} cm; gravity asks for "
         f"{100 * f.ballistic_rise:.0f} cm in that time"
         for f in flight_fit(result.dynamics)
-        if abs(f.rise - f.ballistic_rise) > _OFF_FLIGHT_M and f.end_s - f.start_s <= 0.8
+        if abs(f.rise - f.ballistic_rise) > _OFF_FLIGHT_M and f.end_s - f.start_s <= _LONGEST_FLIGHT_S
     ]

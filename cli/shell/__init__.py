@@ -8,7 +8,7 @@ from cli.shell.progress_bar import progress
 from cli.shell.settings import as_toml, from_file, from_words
 from cli.shell.telling import TellOptions, tell
 from cli.shell.terminal import BELOW_GATE, DONE, GATE, REFUSED, SOME_REFUSED, command, flag, write_text
-from cli.shell.typed import again
+from cli.shell.typed import again, line
 from cli.shell.verdict import Trouble, Verdict
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "from_file",
     "from_words",
     "interrupted_by_signals",
+    "line",
     "make_console",
     "progress",
     "tell",

@@ -41,6 +41,11 @@ def again(changes: Mapping[str, str]) -> str:
     )
 
 
+def line(*words: object) -> str:
+    """A command to type: names with spaces are quoted."""
+    return shlex.join(map(str, words))
+
+
 def without(words: Sequence[str], given: str, values: int = 1) -> list[str]:
     """Words without an option and what follows it: so many words, or more up to the next option where it takes several."""
     words = [word for word in words if not word.startswith(f"{given}=")]

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from cli.evaluating import outcome_line
-from cli.shell import GATE, Trouble, Verdict
+from cli.shell import GATE, Trouble, Verdict, line
 
 if TYPE_CHECKING:
     from tracking import Evaluation, ReferenceCheck, Run
@@ -29,7 +29,6 @@ def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path]) ->
         if len(found) > 1
         else "not worth training on"
     )
-    refs = " ".join(map(str, files))
     return Verdict(
         passed=not bad,
         line=f"{name if len(found) == 1 else f'{len(found)} references'}: {state}",
@@ -39,7 +38,7 @@ def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path]) ->
             f"zero action survives {worst.survived_s:.1f} s",
         ),
         troubles=tuple(Trouble(what=f"{name}: {_why(check)}") for name, check in bad.items()),
-        steps=() if bad else ((f"dance-train --ref {refs}", "a policy that dances it"),),
+        steps=() if bad else ((line("dance-train", "--ref", *files), "a policy that dances it"),),
         data={"checks": {name: asdict(check) for name, check in found.items()}},
     )  # fmt: skip
 
@@ -88,7 +87,7 @@ def print_tracker(console: Console, found: dict[str, Evaluation], gate: float) -
 
 def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
     """How far a policy came, in the dance that it learnt least, and the files."""
-    words = f"dance-train --ref {' '.join(map(str, refs))} -o {result.folder} --resume"
+    words = line("dance-train", "--ref", *refs, "-o", result.folder, "--resume")
     if not result.curves:
         return Verdict(passed=False, line=f"{result.folder}: {result.stopped}", steps=((words, "go on"),))
     last, name = result.outcome, min(result.evaluations, key=lambda n: result.evaluations[n].finished)
@@ -97,10 +96,10 @@ def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
     recording = result.folder / "training.rrd"
     told = ("policy.onnx", "contract.json", "curves.csv", "checkpoint.pt", "training.rrd")
     which = f"{name}, the dance learnt least of {len(result.evaluations)}" if len(result.evaluations) > 1 else name
-    look = ((f"rerun {recording}", "look at it"),) if recording.exists() else ()
+    look = ((line("rerun", recording), "look at it"),) if recording.exists() else ()
     after = (
-        (f"dance-eval {result.folder}", "judge it on a hundred robots"),
-        (f"dance-export {result.folder} -o bundle", "for a robot, or another tool"),
+        (line("dance-eval", result.folder), "judge it on a hundred robots"),
+        (line("dance-export", result.folder, "-o", "bundle"), "for a robot, or another tool"),
     )
     return Verdict(
         passed=passed,
