@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
-from clips import HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
+from clips import PLANTED, HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
 from retarget.config import DiagnosisConfig, ReportConfig
 from retarget.report.metric import Metric, Report, Where
 from retarget.targets import heel_toe_points
@@ -79,7 +79,7 @@ def _diagnose(
     elif key is MetricKey.PENETRATION:
         why, cures = _of_height(source, at), parting
     elif key is MetricKey.SLIDE_WORST:
-        why, cures = _of_slide(source, at, where), [Cure(help="state contacts"), *parting]
+        why, cures = _of_slide(source, at, where, reference.contact[dance]), [Cure(help="state contacts"), *parting]
     elif key in (MetricKey.AIRBORNE_OFF_SOURCE, MetricKey.UNSUPPORTED):
         low, hovering, skating = _feet_of(source)
         why = _of_feet(low, hovering, skating)
@@ -193,8 +193,8 @@ def _of_height(source: HumanClip, t: int) -> str:
     return ""
 
 
-def _of_slide(source: HumanClip, t: int, where: Where) -> str:
-    """How far the person's own edge slides in that touch."""
+def _of_slide(source: HumanClip, t: int, where: Where, labels: Int[ndarray, "T 4"]) -> str:
+    """How far the recording's own edge slides in that touch, or what else it was taken for; `labels` of the dance."""
     points = heel_toe_points(source)
     k = ("left heel", "left toe", "right heel", "right toe").index(where.parts[0])
     height, speed = heights_and_speeds(points, source.fps, own_floor(points))
@@ -204,6 +204,8 @@ def _of_slide(source: HumanClip, t: int, where: Where) -> str:
     slid = float(np.linalg.norm(way - way[0], axis=-1).max())
     if slid > _CONFIG.slid_m:
         return f"the recording's own foot slides {1e3 * slid:.0f} mm in that touch"
+    if (labels[slice(*touch), k] != PLANTED).mean() > 0.5:
+        return "the recording's own foot is down and slow for a moment, which was not taken for a touch"
     return "the recording's own foot stands: the robot's leg does not reach"
 
 

@@ -106,7 +106,9 @@ def _read(file: Path) -> dict[str, Any]:
     text = read_text(file, expected=expected, most=MAX_CONFIG, error=TrackingError)
     told = parsed(tomllib.loads, text, str(file), expected=expected, error=TrackingError)
     missing = sorted({"name", "control_hz", "input", "output", "action"} - set(told))
-    if missing or not isinstance(told["action"], dict) or told["action"].get("adds_to") not in _ACTIONS:
+    action = told.get("action")
+    adds_to = action.get("adds_to") if isinstance(action, dict) else None
+    if missing or not isinstance(adds_to, str) or adds_to not in _ACTIONS:
         raise TrackingError(
             str(file), found=f"no {', '.join(missing) or 'action.adds_to of ' + ' or '.join(_ACTIONS)}",
             expected="name, control_hz, input, output, action", cure="docs/trackers.md tells them by example",

@@ -116,6 +116,8 @@ def test_one_robot_that_begins_anew_does_not_disturb_the_others(tmp_path, rng):
         ("shape = [58]", "shape = [57]", "58 numbers"),
         ('"targets"', '"answers"', "one of targets"),
         ('adds_to = "target"', 'adds_to = "hope"', "adds_to of default or target"),
+        ('adds_to = "target"', "adds_to = { a = 1 }", "adds_to of default or target"),
+        ('adds_to = "target"', 'adds_to = ["target"]', "adds_to of default or target"),
         ("control_hz = 50", "", "control_hz"),
         ("[action]", "[action", "TOML"),
     ],
