@@ -39,7 +39,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read, judge, compare, tell."""
-    if len(args.files) < 2:
+    if len(args.files) == 1:
         raise ClipError(str(args.files[0]), found="one file", expected="two at least", cure="one alone: dance-report")
     judged = judge_all(args.files, args.file)
     first, *others = judged

@@ -16,7 +16,7 @@ from cli.retargeting import (
     stretches,
     verdict_of,
 )
-from cli.shell import as_toml, command, progress, tell
+from cli.shell import as_toml, command, progress, some, tell
 from clips import at_speed, cut, read_clip, repair, save_reference
 from retarget import (
     Retargeted,
@@ -40,6 +40,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read, retarget, save, report."""
+    some(args.clips, "a motion file, as dance.bvh")
     if is_batch(args):
         return retarget_all(args)
     check_one(args)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cli.shell import FileOptions
+from cli.shell import FileOptions, line, some
 from clips import Clip, ClipError, RobotClip, read_clip
 from retarget import Retargeted, as_it_stands
 from robot_models import load_robot
@@ -28,6 +28,7 @@ def judge_all(paths: Sequence[Path], options: FileOptions) -> list[Judged]:
     Raises:
         ClipError: a file holds a person, or cannot be read.
     """
+    some(paths, "a motion file")
     stems = [path.name for path in paths]
     names = [str(path) if stems.count(path.name) > 1 else path.name for path in paths]
     judged = []
@@ -36,7 +37,7 @@ def judge_all(paths: Sequence[Path], options: FileOptions) -> list[Judged]:
         if not isinstance(clip, RobotClip):
             raise ClipError(
                 str(path), found=f"a person ({clip.source.dialect})", expected="a robot's joints",
-                cure=f"retarget it, which reports too: dance-retarget {path}",
+                cure=f"retarget it first: {line('dance-retarget', path)}",
             )  # fmt: skip
         judged.append(Judged(name=name, path=path, clip=clip, result=as_it_stands(clip, load_robot(clip.robot))))
     return judged

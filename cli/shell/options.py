@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from clips import ReadOptions
+from clips import ClipError, ReadOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +62,16 @@ class FileOptions:
             travel=self.travel,
             travel_scale=self.travel_scale,
         )
+
+
+def some(files: Sequence[Path], what: str) -> None:
+    """Refuse a command without any file.
+
+    Raises:
+        ClipError: there is none.
+    """
+    if not files:
+        raise ClipError("the command", found="no file named", expected=what, cure="--help has examples")
 
 
 ClipPath = Annotated[Path, tyro.conf.Positional]

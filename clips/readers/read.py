@@ -20,6 +20,7 @@ READERS: tuple[ModuleType, ...] = (bvh, amc, deepmimic, c3d, npz, torch_motion, 
 _KNOWN_ELSEWHERE = {
     b"Kaydara FBX": ("an FBX file", "open it in Blender and export BVH"),
     b"; FBX": ("an FBX file (text)", "open it in Blender and export BVH"),
+    b"RRF": ("a Rerun recording", "give the reference (.npz) that was written beside it"),
     b":ASF": ("an ASF skeleton", "give the AMC motion; it finds the ASF beside it"),
     b"!OML:ASF": ("an ASF skeleton", "give the AMC motion; it finds the ASF beside it"),
 }

@@ -93,6 +93,18 @@ def test_options_that_would_be_ignored_together_are_refused(words, tmp_path, mon
     assert "found" in capsys.readouterr().err and not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("name", ["dance-retarget", "dance-report", "dance-compare"])
+def test_a_command_without_any_file_is_refused(name, capsys):
+    assert COMMANDS[name]([]) == 2
+    assert "no file named" in capsys.readouterr().err
+
+
+def test_a_recording_is_no_reference_and_the_way_to_it_is_told(tmp_path, capsys):
+    (tmp_path / "a.rrd").write_bytes(b"RRF2" + bytes(40))
+    assert COMMANDS["dance-train"](["--ref", str(tmp_path / "a.rrd")]) == 2
+    assert "the reference (.npz) that was written beside it" in capsys.readouterr().err
+
+
 def test_a_refused_file_costs_two_lines_exit_code_2_and_no_output(tmp_path, capsys):
     np.savetxt(tmp_path / "m.csv", np.tile([0, 0, 0.79, 0, 0, 0, 1, *np.zeros(29)], (30, 1)), delimiter=",")
     words = [str(tmp_path / "m.csv"), "-o", str(tmp_path / "out.npz")]
