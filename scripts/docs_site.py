@@ -33,7 +33,7 @@ def main(out: Path) -> int:
         config = Path(folder) / "mkdocs.yml"
         told = (ROOT / "docs/site/mkdocs.yml").read_text(encoding="utf-8").replace('["../.."]', f'["{ROOT}"]')
         config.write_text(f"docs_dir: {source}\nsite_dir: {out.resolve()}\n{told}", encoding="utf-8")
-        words = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-f", str(config)]
+        words = [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", str(config)]
         return subprocess.run(words, check=False).returncode
 
 
