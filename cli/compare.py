@@ -9,7 +9,16 @@ from typing import Annotated
 import tyro
 
 from cli.judging import difference_table, judge_all, metrics_table
-from cli.shell import DONE, FileOptions, TellOptions, Verdict, command, line, tell
+from cli.shell import (
+    DONE,
+    FileOptions,
+    TellOptions,
+    Verdict,
+    command,
+    line,
+    recording_name,
+    tell,
+)
 from clips import ClipError
 from retarget import limb_angles
 
@@ -41,6 +50,7 @@ def run(args: Arguments) -> int:
     """Read, judge, compare, tell."""
     if len(args.files) == 1:
         raise ClipError(str(args.files[0]), found="one file", expected="two at least", cure="one alone: dance-report")
+    recording_name(args.recording)
     judged = judge_all(args.files, args.file)
     first, *others = judged
     one = first.result

@@ -30,7 +30,7 @@ def run(args: Arguments) -> int:
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         output = stack.enter_context(sdk_output_aside(folder / "controller.txt"))
-        say = Background(make_console(file=output.people))
+        say = Background(make_console(stderr=True) if args.tell.json == Path("-") else make_console(file=output.people))
         stack.callback(say.close)
         performance = _perform(args, folder / "robot", say, parent)
         say.close()

@@ -9,7 +9,11 @@ from rich.table import Table
 
 from cli.evaluating import Arguments, evaluate_each, evaluate_in, rows_of, run_sweep, side_by_side, verdict_of
 from cli.judging import reference_for
-from cli.shell import command, tell
+from cli.shell import (
+    command,
+    recording_name,
+    tell,
+)
 from tracking import TrackingError
 
 if TYPE_CHECKING:
@@ -25,6 +29,7 @@ def run(args: Arguments) -> int:
     """Load, check, roll out, report."""
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
+    recording_name(args.recording)
     with reference_for(args.ref, args.file, args.tell.console()) as ref:
         return _judge(replace(args, ref=ref))
 

@@ -34,15 +34,16 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read and describe."""
-    clip, no_rate = _read(args)
+    clip, no_rate, rate = _read(args)
     clip, trouble = (clip, "") if no_rate else _mended(clip, args.file.strict)
-    verdict = _verdict(args, clip, no_rate, trouble)
+    verdict = _verdict(args, clip, no_rate, rate, trouble)
     table = [] if no_rate else [checks_table(clip)]
     return tell(verdict, args.tell, shown=[*evidence(clip, no_rate), *table])
 
 
-def _verdict(args: Arguments, clip: Clip, no_rate: bool, trouble: str) -> Verdict:
-    """Whether it can be used, as it is."""
+def _verdict(args: Arguments, clip: Clip, no_rate: bool, rate: str, trouble: str) -> Verdict:
+    """Whether it can be used, as it is; `rate` is the one that fits a file without any."""
+    rate_words = ("--fps", f"{args.file.fps:g}") if args.file.fps else ()
     whose = f"{clip.robot}'s joints" if not isinstance(clip, HumanClip) else "a person"
     length = f"{clip.frames} frames" if no_rate else f"{(clip.frames - 1) / clip.fps:.1f} s at {clip.fps:.6g} fps"
     known = f"{clip.source.file}: {clip.source.dialect}, {whose}, {length}"
@@ -53,14 +54,17 @@ def _verdict(args: Arguments, clip: Clip, no_rate: bool, trouble: str) -> Verdic
     )
     troubles = [Trouble(what=f"cannot be used: {trouble}")] if trouble else []
     if no_rate:
-        troubles.append(Trouble(what="the file does not say its rate", cures=(("state it", again({"--fps": "30"})),)))
+        cures = (("state it; the body sways as gravity has it at", again({"--fps": rate})),) if rate else ()
+        troubles.append(Trouble(what="the file does not say its rate; --fps states it", cures=cures))
     return Verdict(
         passed=not troubles,
         code=DONE,  # the question, what it is, is answered
         line=known,
         doubts=tuple(doubtful),
         troubles=tuple(troubles),
-        steps=() if troubles else ((line("dance-retarget", args.clip), "bring it to a robot; --robot g1"),),
+        steps=()
+        if troubles
+        else ((line("dance-retarget", args.clip, *rate_words), "bring it to a robot; --robot g1"),),
         data={"source": asdict(clip.source), "frames": clip.frames, "fps": None if no_rate else clip.fps},
     )
 
@@ -73,12 +77,13 @@ def _mended(clip: Clip, strict: bool) -> tuple[Clip, str]:
         return clip, str(e)
 
 
-def _read(args: Arguments) -> tuple[Clip, bool]:
-    """The clip, and whether its rate had to be left open: what a file is can be told without it."""
+def _read(args: Arguments) -> tuple[Clip, bool, str]:
+    """The clip, whether its rate had to be left open (what a file is can be told without it), and the rate that fits."""
     options = args.file.reading()
     try:
-        return read_clip(args.clip, options), False
+        return read_clip(args.clip, options), False, ""
     except ClipError as e:
         if e.option != "fps" or options.fps is not None:
             raise
-    return read_clip(args.clip, replace(options, fps=_ANY_RATE)), True
+        rate = e.suggestion
+    return read_clip(args.clip, replace(options, fps=_ANY_RATE)), True, rate

@@ -9,7 +9,16 @@ from typing import Annotated
 import tyro
 
 from cli.judging import Judged, judge_all, metrics_table
-from cli.shell import DONE, FileOptions, TellOptions, Trouble, Verdict, command, line, tell
+from cli.shell import (
+    FileOptions,
+    TellOptions,
+    Trouble,
+    Verdict,
+    command,
+    line,
+    recording_name,
+    tell,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +49,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Read, judge, tell."""
+    recording_name(args.recording)
     judged = judge_all(args.files, args.file)
     written: tuple[Path, ...] = ()
     if args.recording is not None:
@@ -67,12 +77,16 @@ def _verdict(judged: list[Judged], written: tuple[Path, ...]) -> Verdict:
         if good:
             steps = ((line("dance-train", "--ref", first.path), "a policy that dances it as it stands"),)
         else:
-            steps = ((line("dance-retarget", first.path), "the same motion, solved anew inside the gates"),)
+            steps = (
+                (
+                    line("dance-retarget", first.path, "--robot", first.result.robot.name),
+                    "the same motion, solved anew",
+                ),
+            )
     else:
         said = f"{len(good)} of {len(judged)} inside every gate{': ' if good else ''}{', '.join(good)}"
     return Verdict(
         passed=len(good) == len(judged),
-        code=None if len(judged) == 1 else DONE,  # of several, which is better was asked
         line=said,
         troubles=tuple(Trouble(what=f"{j.name}: {d}") for j in judged for d in j.result.diagnoses),
         written=written,

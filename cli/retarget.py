@@ -67,9 +67,9 @@ def _read_all(args: Arguments) -> list[Danced]:
 
 
 def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Danced:
-    clip = repair(cut(read_clip(path, args.file.reading()), start, end), strict=args.file.strict)
-    clip = at_speed(clip, args.speed)
-    return Danced(path=path, clip=mirrored(clip) if args.mirror else clip, start_s=start)
+    recorded = repair(cut(read_clip(path, args.file.reading()), start, end), strict=args.file.strict)
+    clip = at_speed(recorded, args.speed)
+    return Danced(path=path, clip=mirrored(clip) if args.mirror else clip, fps=recorded.fps, start_s=start)
 
 
 def _retarget(

@@ -7,17 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cli.judging import as_references
-from cli.shell import DONE, GATE, REFUSED, as_toml, command, progress, tell
+from cli.shell import DONE, GATE, REFUSED, command, progress, tell
 from cli.training import (
     Arguments,
+    as_begun,
     check_table,
     check_verdict,
+    keep_beginning,
     print_plan,
     print_tracker,
     run_details,
     run_verdict,
 )
-from clips import write_whole
 from robot_models.maths import silent
 from tracking import TrackingError
 
@@ -48,12 +49,15 @@ def run(args: Arguments) -> int:
     first = refs[0].resolve()
     name = first.name if first.is_dir() else first.stem
     folder = args.out or Path("runs") / (name if len(args.ref) == 1 else f"{len(chosen.pieces)}_references")
-    if not args.resume:
+    if args.resume:
+        args = as_begun(args, folder)
+    else:
         refuse_run_that_is_there(folder)
     if args.teacher not in (AUTO, NOBODY):
         named_teacher(args.teacher)
     teacher = _teacher(args, chosen, together)
     print_plan(console, chosen, folder, teacher)
+    keep_beginning(args, folder, teacher)
     if teacher is not None and not args.resume:
         from tracking.teaching import judge_tracker
 
@@ -66,8 +70,6 @@ def run(args: Arguments) -> int:
         raise
     if follows:
         return DONE
-    with write_whole(folder / "config.toml") as stream:
-        stream.write(as_toml(args.numbers()).encode())
     if args.recording:
         from cli.recordings import save_training
 

@@ -7,7 +7,7 @@ from clips.errors import ClipError, ReferenceFileError
 from clips.files import OutputError, aside, folder_aside, write_whole
 from clips.metrics import MetricKey, metric_key, metric_label
 from clips.provenance import Finding, Provenance, ReadOptions, Repair
-from clips.readers import read_clip
+from clips.readers import read_clip, read_of_several
 from clips.reference import FREE, PIVOTING, PLANTED, Reference, make_reference
 from clips.reference_file import check_reference_against, is_reference, load_reference, save_reference
 from clips.writers import LAYOUTS, read_back, write_motion
@@ -51,6 +51,7 @@ __all__ = [
     "own_floor",
     "read_back",
     "read_clip",
+    "read_of_several",
     "repair",
     "resample",
     "save_reference",

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from cli.shell import ClipPath, TellOptions
+from cli.shell import (
+    ClipPath,
+    TellOptions,
+    recording_name,
+)
 from tracking import TrackingError
 
 _LONGEST = 600.0  # of a stand [s]
@@ -65,6 +69,8 @@ def check(args: Arguments) -> None:
         TrackingError: options that contradict each other, or commands to a robot without a confirmation.
     """
     from tracking.deploy import FAULTS
+
+    recording_name(args.recording)
 
     if args.rehearse and args.interface != "lo":
         raise TrackingError(

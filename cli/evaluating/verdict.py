@@ -85,5 +85,7 @@ def _steps(args: Arguments, passed: bool, written: tuple[Path, ...]) -> tuple[tu
     )
     if not passed:
         return (look,)
+    if args.ref is not None:  # a tracker is no bundle of one dance
+        return (look,)
     more = [] if args.engine == "all" else [(again({"--engine": "all"}), "the same in PhysX, twice")]
     return (look, *more, (line("dance-export", args.bundle, "-o", "bundle"), "for a robot, or another tool"))

@@ -46,6 +46,8 @@ def _written(path: Path, options: FileOptions, folder: Path, console: Console) -
     reference = judged.result.reference
     out = folder / f"{path.stem}_{reference.robot}_as_it_stands.npz"
     save_reference(reference, out)
+    if out.parent == Path():
+        console.print(f"wrote {out}")
     said = f"{judged.clip.source.dialect}, {reference.duration_s:.1f} s for {reference.robot}"
     missed = ", ".join(m.label for m in judged.result.report.failures)
     console.print(f"{path.name} as it stands: {said}{f'; gates missed: {missed}' if missed else ''}")

@@ -12,6 +12,8 @@ def stretches(args: Arguments) -> list[tuple[float, float | None]]:
     Raises:
         RetargetError: what shall be dropped is no stretch of seconds, or everything.
     """
+    if not args.drop:
+        return [(args.start, args.end)]
     kept, at = list[tuple[float, float | None]](), args.start
     for a, b in sorted(map(_seconds, args.drop)):
         if a > at:

@@ -24,6 +24,7 @@ class Danced:
 
     path: Path
     clip: Clip
+    fps: float  # of the file
     start_s: float = 0.0  # of the clip's file
 
 
@@ -77,7 +78,11 @@ def verdict_of(
 
 def _clock(result: Retargeted) -> tuple[str, ...]:
     lead_s = result.reference.dance.start / result.reference.fps
-    return (f"seconds below are the recording's: {lead_s:.1f} s of lead-in, then the dance",) if lead_s else ()
+    return (
+        (f"seconds below count from the lead-in's start, {lead_s:.1f} s before the dance; commands count the clip's",)
+        if lead_s
+        else ()
+    )
 
 
 def _gates(report: Report) -> int:
@@ -99,10 +104,10 @@ def _numbers(report: Report) -> tuple[str, ...]:
 
 def _convention(dance: Danced) -> str:
     """What was recognised, in a line, with what was changed."""
-    source, clip = dance.clip.source, dance.clip
+    source = dance.clip.source
     kept = [f"{f.what} {f.value}" for f in source.findings if f.option and f.what != "fps"]
     mended = [f"mended: {r}" for r in source.repairs]
-    return "; ".join([f"{dance.path.name}: {source.dialect}", f"{clip.fps:.6g} fps", *kept, *mended])
+    return "; ".join([f"{dance.path.name}: {source.dialect}", f"{dance.fps:.6g} fps", *kept, *mended])
 
 
 def _doubts(dance: Danced) -> list[str]:
@@ -117,7 +122,10 @@ def _doubts(dance: Danced) -> list[str]:
 
 def _trouble(diagnosis: Diagnosis, dances: Sequence[Danced], args: Arguments) -> Trouble:
     dance = dances[min(diagnosis.dance, len(dances) - 1)]
-    alone = len({d.path for d in dances}) == 1 and args.loop == 1
+    edited = (
+        args.then or args.loop != 1 or args.fit_dynamics or args.contacts or args.keys
+    )  # the clip's seconds are elsewhere
+    alone = not edited
     cures = (_cure(cure, diagnosis, dance, args) for cure in diagnosis.cures if alone or not cure.stretches)
     return Trouble(what=str(diagnosis), cures=tuple(c for c in cures if c is not None))
 
@@ -145,6 +153,8 @@ def _cure(cure: Cure, diagnosis: Diagnosis, dance: Danced, args: Arguments) -> t
         (a, b), *_ = cure.stretches
         return "keep the longest part that holds", again({"--start": f"{seconds(a):.1f}", "--end": f"{seconds(b):.1f}"})
     if cure.help == "slower":
+        if metric.key is MetricKey.SELF_COLLISION:
+            return "slower, which often parts them", again({"--speed": f"{0.8 * args.speed:.2f}"})
         power = 0.5 if metric.key is MetricKey.ACCELERATION_SHARE else 1.0
         speed = args.speed * _EASE * (float(metric.limit or 1.0) / metric.value) ** power
         return ("slower", again({"--speed": f"{speed:.2f}"})) if speed < args.speed else None

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from clips import ClipError, ReadOptions
+from clips import ClipError, OutputError, ReadOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +72,16 @@ def some(files: Sequence[Path], what: str) -> None:
     """
     if not files:
         raise ClipError("the command", found="no file named", expected=what, cure="--help has examples")
+
+
+def recording_name(path: Path | None) -> None:
+    """Refuse a recording of another name than Rerun's.
+
+    Raises:
+        OutputError: it does not end in .rrd.
+    """
+    if path is not None and path.suffix != ".rrd":
+        raise OutputError(f"--recording {path}", found="that name", expected="a file that ends in .rrd")
 
 
 ClipPath = Annotated[Path, tyro.conf.Positional]

@@ -49,6 +49,8 @@ def tell(
         console: where words go, if elsewhere.
     """
     console = console or options.console()
+    if not console.is_terminal:
+        console.width = 200  # tables in pipes and logs are not cut to a screen
     console.print(_mark(console, verdict))
     for line in (f"  {'; '.join(verdict.numbers)}" if verdict.numbers else None, *(f"  {n}" for n in verdict.notes)):
         if line is not None:

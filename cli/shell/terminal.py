@@ -6,6 +6,7 @@ Exit codes: 0 done; 1 done, below the quality gate; 2 input refused; 3 done, but
 from __future__ import annotations
 
 import inspect
+import json
 import os
 import shlex
 import sys
@@ -40,6 +41,7 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
     as_any_terminal_can()
     options = parse(arguments, words, name)
     try:
+        refuse_repeated(words)
         return body(options)
     except MappingNeededError as e:
         _offer_draft(e)
@@ -47,6 +49,7 @@ def command(arguments: type[T], body: Callable[[T], int], *, name: str, argv: li
         return REFUSED
     except DanceError as e:
         complain(e, option_names(arguments))
+        _refuse_as_json(e, options)
         return REFUSED
     except ModuleNotFoundError as e:
         complain(refusal_of(e), option_names(arguments))
@@ -67,6 +70,31 @@ def parse(arguments: type[T], words: Sequence[str], name: str) -> T:
         description=inspect.cleandoc(arguments.__doc__ or ""),
         config=(tyro.conf.OmitArgPrefixes,),
     )
+
+
+def _refuse_as_json(error: DanceError, options: Any) -> None:
+    """The refusal where a machine reads: --json."""
+    path = getattr(getattr(options, "tell", None), "json", None)
+    if path is None:
+        return
+    text = json.dumps({"passed": False, "exit_code": REFUSED, "verdict": f"refused: {error}"}, indent=1)
+    if path == Path("-"):
+        print(text)
+    else:
+        with write_whole(path) as stream:
+            stream.write(text.encode())
+
+
+def refuse_repeated(words: Sequence[str]) -> None:
+    """Refuse an option that is stated twice: one of the two would be forgotten in silence.
+
+    Raises:
+        DanceError: it names the option.
+    """
+    flags = [word.partition("=")[0] for word in words if word.startswith("--") and len(word) > 2]
+    twice = sorted({flag for flag in flags if flags.count(flag) > 1})
+    if twice:
+        raise DanceError(twice[0], found="it twice", expected="it once: the second would take the place of the first")
 
 
 def _harmless(word: str) -> str:

@@ -22,7 +22,7 @@ class Arguments:
         dance-train --ref out.npz --teacher twist2_1017_20k.onnx
         dance-train --ref out.npz --check-ref
         dance-train --ref out.npz --minutes 2
-        dance-train --ref out.npz --teacher none --ppo.hidden 512,256 --task.rewards.action-rate 0.2
+        dance-train --ref out.npz --teacher none --ppo.hidden 512,256 --task.rewards.action-rate -0.2
         dance-train --ref out.npz -o runs/groove --resume
         dance-train --ref verse.npz chorus.npz -o runs/song
         dance-train --ref references -o runs/all --steps 50000000
@@ -46,7 +46,7 @@ class Arguments:
     """Budget, over which the schedules run: of a taught dance labels, by default as many as its length asks; of PPO control
     steps of all environments together, by default three million."""
     minutes: float = TrainConfig.minutes
-    """Stop after this much time, whatever the steps."""
+    """Stop after this much time, whatever the steps; of a run that goes on, with the time that it took before."""
     envs: int = TrainConfig.envs
     """Environments side by side."""
     seed: int = TrainConfig.seed
@@ -69,7 +69,7 @@ class Arguments:
     """Train on a reference whose gates failed."""
     config: Path | None = None
     """Settings of task and training in a TOML file; a run keeps its own in config.toml. One alone:
-    --task.rewards.action-rate 0.2, --ppo.hidden 512,256."""
+    --task.rewards.action-rate -0.2, --ppo.hidden 512,256."""
     file: FileOptions = field(default_factory=FileOptions)
     tell: TellOptions = field(default_factory=TellOptions)
 

@@ -13,6 +13,8 @@ from rich.table import Table
 from cli.evaluating import outcome_line
 from cli.shell import GATE, Trouble, Verdict, line
 
+_HARDLY = 0.2  # share of rollouts that finish, below which more of the same is not the first thing to try
+
 if TYPE_CHECKING:
     from tracking import Evaluation, ReferenceCheck, Run
     from tracking.task import Selection
@@ -29,6 +31,8 @@ def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path]) ->
         if len(found) > 1
         else "not worth training on"
     )
+    hopeless = any(check.failed_gates for check in bad.values())
+    anyway = (("train on it all the same", line("dance-train", "--ref", *files, "--anyway")),) if hopeless else ()
     return Verdict(
         passed=not bad,
         line=f"{name if len(found) == 1 else f'{len(found)} references'}: {state}",
@@ -37,16 +41,21 @@ def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path]) ->
             f"the first pose sinks {1e3 * worst.settles_m:.0f} mm in a second",
             f"zero action survives {worst.survived_s:.1f} s",
         ),
-        troubles=tuple(Trouble(what=f"{name}: {_why(check)}") for name, check in bad.items()),
-        steps=() if bad else ((line("dance-train", "--ref", *files), "a policy that dances it"),),
+        troubles=tuple(Trouble(what=f"{name}: {_why(check)}", cures=anyway) for name, check in bad.items()),
+        steps=() if hopeless else ((line("dance-train", "--ref", *files), "a policy that dances it"),),
         data={"checks": {name: asdict(check) for name, check in found.items()}},
     )  # fmt: skip
 
 
 def _why(check: ReferenceCheck) -> str:
     if check.failed_gates:
-        return f"gates missed when it was retargeted: {', '.join(check.failed_gates)}; dance-retarget says when and why"
-    return "the robot cannot do it as it stands: see the numbers with --verbose"
+        return f"gates that it misses: {', '.join(check.failed_gates)}"
+    if check.beyond_limits:
+        return f"joints are beyond their limits in {100 * check.beyond_limits:.1f} % of the frames"
+    return (
+        f"even perfect tracking would earn {100 * check.perfect:.0f} % of the reward, where 90 are asked for: fast or jerky "
+        "seconds cost the rest; slower is easier, and a policy may learn it all the same"
+    )
 
 
 def check_table(found: ReferenceCheck) -> Table:
@@ -88,8 +97,13 @@ def print_tracker(console: Console, found: dict[str, Evaluation], gate: float) -
 def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
     """How far a policy came, in the dance that it learnt least, and the files."""
     words = line("dance-train", "--ref", *refs, "-o", result.folder, "--resume")
-    if not result.curves:
-        return Verdict(passed=False, line=f"{result.folder}: {result.stopped}", steps=((words, "go on"),))
+    if not result.evaluations:  # stopped before it was judged; a resumed run may have earlier curves
+        return Verdict(
+            passed=False,
+            line=f"{result.folder}: {result.stopped}, after {result.steps} steps",
+            notes=("saved; not judged since",),
+            steps=((words, "go on"),),
+        )
     last, name = result.outcome, min(result.evaluations, key=lambda n: result.evaluations[n].finished)
     worst = result.evaluations[name]
     passed = last["finished"] >= GATE
@@ -109,13 +123,18 @@ def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
             f"bodies {last['body_error_mm']:.0f} mm off the reference",
             f"{result.steps} steps; {result.stopped}",
         ),
-        troubles=()
-        if passed
-        else (Trouble(what=f"below the gate of {100 * GATE:.0f} %", cures=(("train on", words),)),),
+        troubles=() if passed else (_below(last["finished"], words),),
         written=tuple(path for path in (result.folder / n for n in told) if path.exists()),
         steps=(*look, *(after if passed else after[:1])),
         data={"evaluations": {n: e.as_dict() for n, e in result.evaluations.items()}, "minutes": result.seconds / 60},
     )
+
+
+def _below(finished: float, words: str) -> Trouble:
+    cures = [("train on", words)]
+    if finished < _HARDLY:
+        cures.append(("a real dance takes hours without a teacher: a shorter or slower part first, or --teacher", ""))
+    return Trouble(what=f"below the gate of {100 * GATE:.0f} %", cures=tuple(cures))
 
 
 def run_details(result: Run) -> list[str]:

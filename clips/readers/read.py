@@ -57,6 +57,24 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
     )
 
 
+def read_of_several(path: Path | str, options: ReadOptions) -> Clip:
+    """One of several files: what is stated about the rate holds for those that do not say theirs.
+
+    Args:
+        path: as for `read_clip`.
+        options: what is stated about all of them.
+
+    Raises:
+        ClipError: as `read_clip`.
+    """
+    try:
+        return read_clip(path, replace(options, fps=None))
+    except ClipError as e:
+        if e.option != "fps" or options.fps is None:
+            raise
+    return read_clip(path, options)
+
+
 def _read(reader: ModuleType, raw: RawFile, options: ReadOptions) -> Clip:
     """What a reader makes of a file; of one that does not say its rate, a refusal with the rate that its motion fits."""
     try:

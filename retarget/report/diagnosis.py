@@ -75,7 +75,7 @@ def _diagnose(
     if reference.meta.get("as_it_stands"):  # it is its own recording, and explains nothing
         cures = parting
     elif key is MetricKey.SELF_COLLISION:
-        why, cures = _of_segments(source, at, where.parts), [*parting, Cure(help="other robot")]
+        why, cures = _of_segments(source, at, where.parts), [*parting, Cure(help="slower"), Cure(help="other robot")]
     elif key is MetricKey.PENETRATION:
         why, cures = _of_height(source, at), parting
     elif key is MetricKey.SLIDE_WORST:
@@ -89,6 +89,8 @@ def _diagnose(
         why, cures = "the dance begins or ends in the air", [Cure(help="lead in")]
     else:
         cures = [Cure(help="whole clip"), Cure(help="slower")]
+    if len(sources) > 1 and _outside(round(where.at_s * reference.fps), dance):
+        why = "it happens in the steps that join two parts: cut a little earlier or later"
     return Diagnosis(metric=metric, dance=k, what=_moment(metric, where), why=why, cures=tuple(cures))
 
 

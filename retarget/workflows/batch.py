@@ -16,7 +16,7 @@ from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Literal
 
-from clips import MetricKey, ReadOptions, metric_label, read_clip, repair, save_reference, write_whole
+from clips import MetricKey, ReadOptions, metric_label, read_of_several, repair, save_reference, write_whole
 from retarget.config import RetargetConfig
 from retarget.dynamics import hardest_stretches
 from retarget.errors import RetargetError
@@ -152,7 +152,7 @@ def run_job(job: Job, config: BatchConfig) -> Outcome:
         done = _earlier(job, key)
         if done is not None:
             return done
-        clip = repair(read_clip(job.clip, config.reading), strict=config.strict)
+        clip = repair(read_of_several(job.clip, config.reading), strict=config.strict)
         result = retarget(clip, load_robot(job.robot), config.retargeting)
         save_reference(result.reference, job.out, float32=config.float32)
         outcome = _judged(job, key, result, config)

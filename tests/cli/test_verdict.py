@@ -147,3 +147,34 @@ def test_dropped_seconds_are_gone_and_the_seam_is_told(tmp_path, monkeypatch, ca
 
     first, second = load_reference(tmp_path / "d.npz").dances
     assert (first.stop - first.start, second.stop - second.start) == (101, 101)
+
+
+def test_an_option_stated_twice_is_refused_and_named(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = [
+        str(SAMPLES / "groove.bvh"),
+        "--start",
+        "1",
+        "--end",
+        "2",
+        "--then",
+        str(SAMPLES / "groove.csv"),
+        "--end=3",
+    ]
+    assert main(words) == 2
+    assert "--end: found it twice" in capsys.readouterr().err
+
+
+def test_a_refusal_is_told_to_machines_too(tmp_path, capsys):
+    assert main([str(tmp_path / "none.bvh"), "--json", "-"]) == 2
+    told = json.loads(capsys.readouterr().out)
+    assert told["exit_code"] == 2 and "none.bvh: found no such file" in told["verdict"]
+
+
+def test_dances_one_after_the_other_are_not_told_to_drop_seconds_of_the_first(
+    strict_slides, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    clip = str(SAMPLES / "groove.bvh")
+    assert main([clip, "--end", "2", "--then", clip, "--no-recording", "-o", "t.npz"]) == 1
+    assert "--drop" not in capsys.readouterr().out

@@ -42,8 +42,11 @@ class Bundle:
 
 def _no_bundle(folder: Path) -> TrackingError:
     names = ", ".join(sorted(p.name for p in SHIPPED.glob("*/")))
+    found = (
+        "no contract in it" if folder.is_dir() else "a file that is no policy" if folder.exists() else "no such folder"
+    )
     return TrackingError(
-        str(folder / CONTRACT), found="no contract",
+        str(folder), found=found,
         expected=f"a bundle folder that dance-train wrote, BeyondMimic's ONNX, Unitree's deploy.yaml, or one of: {names}",
     )  # fmt: skip
 

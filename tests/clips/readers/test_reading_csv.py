@@ -262,3 +262,16 @@ def test_a_time_column_may_be_as_slow_as_any_other_file(fps, good, tmp_path):
     else:
         with pytest.raises(ClipError, match="step of 1.1"):
             read_clip(path)
+
+
+def test_of_several_files_a_stated_rate_is_for_those_that_do_not_say_theirs(tmp_path, motion):
+    from conftest import SAMPLES
+
+    from clips import read_of_several
+
+    rows = write_rows(tmp_path / "m.csv", motion)
+    assert read_of_several(rows, ReadOptions(fps=30)).fps == 30
+    assert read_of_several(SAMPLES / "groove.bvh", ReadOptions(fps=30)).fps == pytest.approx(60.0)
+    assert read_clip(SAMPLES / "groove.bvh", ReadOptions(fps=30)).fps == 30
+    with pytest.raises(ClipError):
+        read_of_several(rows, ReadOptions())

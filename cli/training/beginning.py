@@ -1,0 +1,35 @@
+"""What a run began with: its teacher and its settings, which it goes on with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+
+from cli.shell import as_toml
+from cli.training.arguments import Arguments
+from clips import write_whole
+from tracking import AUTO, NOBODY
+
+_TAUGHT_BY, _SETTINGS = "taught_by.txt", "config.toml"  # in a run's folder
+
+
+def as_begun(args: Arguments, folder: Path) -> Arguments:
+    """The arguments with the teacher and the settings that the run began with, where no others are stated."""
+    taught, settings = folder / _TAUGHT_BY, folder / _SETTINGS
+    if args.teacher == AUTO and taught.is_file():
+        args = replace(args, teacher=taught.read_text(encoding="utf-8").strip())
+    return replace(args, config=settings) if args.config is None and settings.is_file() else args
+
+
+def keep_beginning(args: Arguments, folder: Path, teacher: Path | None) -> None:
+    """Keep who teaches, and all settings but how long this part of the run may take."""
+    if not folder.is_dir() and folder.exists():
+        return  # refused in a moment
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in (
+        (_TAUGHT_BY, str(teacher or NOBODY)),
+        (_SETTINGS, as_toml(replace(args.numbers(), minutes=inf))),
+    ):
+        with write_whole(folder / name) as stream:
+            stream.write(text.encode())

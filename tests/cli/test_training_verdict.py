@@ -1,0 +1,39 @@
+"""What a training says at its end, and what it goes on with."""
+
+import pytest
+
+from cli.training import Arguments, as_begun, keep_beginning, run_verdict
+
+pytest.importorskip("torch")
+
+
+def test_a_resumed_run_that_is_stopped_before_it_is_judged_says_that_it_is_saved(tmp_path):
+    from tracking import Run
+
+    run = Run(
+        folder=tmp_path / "r", steps=4096, curves=[{"finished": 0.3, "survived_s": 2.0}], stopped="stopped by SIGINT"
+    )
+    verdict = run_verdict(run, [tmp_path / "a b.npz"])
+    assert not verdict.passed and "stopped by SIGINT" in verdict.line and "4096 steps" in verdict.line
+    assert verdict.steps[0][0] == f"dance-train --ref '{tmp_path / 'a b.npz'}' -o {tmp_path / 'r'} --resume"
+
+
+def test_a_run_goes_on_with_the_teacher_and_the_settings_that_it_began_with(tmp_path):
+    from cli.shell.typed import remember
+
+    folder = tmp_path / "run"
+    remember("dance-train", [], {"task.rewards.action-rate": "-0.3"})
+    begun = Arguments(ref=(tmp_path / "a.npz",), minutes=3.0, envs=64)
+    keep_beginning(begun, folder, tmp_path / "twist2.onnx")
+    remember("dance-train", [])
+    plain = Arguments(ref=(tmp_path / "a.npz",), resume=True)
+    again = as_begun(plain, folder)
+    assert again.teacher == str(tmp_path / "twist2.onnx")
+    numbers = again.numbers()
+    assert numbers.task.rewards.action_rate == -0.3 and numbers.envs == 64
+    assert numbers.minutes == float("inf")  # how long one part may take is no property of the run
+    stated = as_begun(Arguments(ref=plain.ref, resume=True, teacher="none", config=tmp_path / "other.toml"), folder)
+    assert (stated.teacher, stated.config) == ("none", tmp_path / "other.toml")
+    keep_beginning(begun, folder, None)
+    assert as_begun(plain, folder).teacher == "none"
+    assert as_begun(plain, tmp_path / "elsewhere") == plain
