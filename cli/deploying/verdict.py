@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from cli.deploying.arguments import Arguments
 from cli.shell import Trouble, Verdict, again, line
+
+_BUSY = (
+    "no command for",
+    "the keeper hung",
+    "lost states",
+    "stale state",
+    "late tick",
+)  # what a machine's load looks like
 
 
 def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
@@ -24,6 +33,13 @@ def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
         "not every dance was finished" if numbers["dances finished"] < args.loops else "",
     ]
     troubles = tuple(Trouble(what=said) for said in wrong if said)
+    if args.rehearse and stopped.startswith(_BUSY):
+        before = f", before {args.fault} came of it" if args.fault else ""
+        cure = (
+            f"the machine was too busy for 50 commands a second{before}: close what runs beside it, and again",
+            again({}),
+        )
+        troubles = (replace(troubles[0], cures=(cure,)), *troubles[1:])
     where = "a rehearsal" if args.rehearse else "a robot" if args.send else "a dry run, nothing sent"
     median, late, worst = numbers["command period p50, p99, max [ms]"]
     written = () if args.recording is None else (args.recording,)
