@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -95,7 +96,7 @@ class Retargeted:
             raise OutputError(str(path), found="that name", expected="a name that ends in .npz, .rrd or .png")
         return path
 
-    @property
+    @cached_property
     def diagnoses(self) -> tuple[Diagnosis, ...]:
         """Why the gates do not hold that do not."""
         return diagnose(self.report, self.reference, self.sources)

@@ -5,11 +5,10 @@ from cli.recordings.chart import save_sweep
 from cli.recordings.evaluation import save_evaluation
 from cli.recordings.rehearsal import save_performance
 from cli.recordings.training import save_training
-from cli.recordings.window import has_display, show_live
+from cli.recordings.window import show_live
 
 __all__ = [
     "certificate_page",
-    "has_display",
     "save_evaluation",
     "save_performance",
     "save_sweep",

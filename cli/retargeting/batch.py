@@ -86,7 +86,7 @@ def _check(args: Arguments) -> None:
         name
         for name, value in {
             "--start": args.start, "--end": args.end, "--speed": args.speed != 1.0, "--mirror": args.mirror,
-            "--then": args.then, "--loop": args.loop != 1, "--contacts": args.contacts, "--keys": args.keys,
+            "--then": args.then, "--drop": args.drop, "--loop": args.loop != 1, "--contacts": args.contacts, "--keys": args.keys,
             "--write-contacts": args.write_contacts, "--fit-dynamics": args.fit_dynamics,
         }.items()
         if value

@@ -7,7 +7,7 @@ from cli.shell.options import ClipPath, FileOptions, Out, recording_name, some
 from cli.shell.progress_bar import progress
 from cli.shell.settings import as_toml, from_file, from_words
 from cli.shell.telling import TellOptions, tell
-from cli.shell.terminal import BELOW_GATE, DONE, GATE, REFUSED, SOME_REFUSED, command, flag, write_text
+from cli.shell.terminal import BELOW_GATE, DONE, GATE, REFUSED, SOME_REFUSED, command, flag
 from cli.shell.typed import again, line
 from cli.shell.verdict import Trouble, Verdict
 
@@ -38,5 +38,4 @@ __all__ = [
     "recording_name",
     "some",
     "tell",
-    "write_text",
 ]

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, TypeVar, get_args, get_type_hints
 
 import tyro
-from rich.console import Console
 
 from cli.shell.console import as_any_terminal_can, make_console
 from cli.shell.extras import refusal_of
@@ -137,10 +136,3 @@ def complain(error: DanceError, options: frozenset[str]) -> None:
 def flag(option: str) -> str:
     """The command-line flag of a library option."""
     return "--" + option.replace("_", "-")
-
-
-def write_text(path: Path, text: str, console: Console) -> None:
-    """Write a file whole, and say so."""
-    with write_whole(path) as stream:
-        stream.write(text.encode())
-    console.print(f"wrote {path}")

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf
 from pathlib import Path
 
 from cli.shell import as_toml
 from cli.training.arguments import Arguments
 from clips import write_whole
-from tracking import AUTO, NOBODY
+from tracking import AUTO, NOBODY, TrainConfig
 
 _TAUGHT_BY, _SETTINGS = "taught_by.txt", "config.toml"  # in a run's folder
+
+
+def _without_budget(numbers: TrainConfig) -> TrainConfig:
+    plain = TrainConfig()
+    distillation = replace(numbers.distillation, samples=plain.distillation.samples)
+    return replace(numbers, minutes=plain.minutes, steps=plain.steps, distillation=distillation)
 
 
 def as_begun(args: Arguments, folder: Path) -> Arguments:
@@ -23,13 +28,13 @@ def as_begun(args: Arguments, folder: Path) -> Arguments:
 
 
 def keep_beginning(args: Arguments, folder: Path, teacher: Path | None) -> None:
-    """Keep who teaches, and all settings but how long this part of the run may take."""
+    """Keep who teaches, and all settings but how long this part of the run may take: in minutes or in steps."""
     if not folder.is_dir() and folder.exists():
         return  # refused in a moment
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in (
         (_TAUGHT_BY, str(teacher or NOBODY)),
-        (_SETTINGS, as_toml(replace(args.numbers(), minutes=inf))),
+        (_SETTINGS, as_toml(_without_budget(args.numbers()))),
     ):
         with write_whole(folder / name) as stream:
             stream.write(text.encode())

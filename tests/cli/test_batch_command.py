@@ -139,6 +139,7 @@ def test_several_files_and_folders_on_one_line_are_each_taken_once_and_troubles_
         (["--start", "1"], "--start"),
         (["--end", "2"], "--end"),
         (["--mirror"], "--mirror"),
+        (["--drop", "1-2"], "--drop"),
         (["--speed", "2"], "--speed"),
         (["--loop", "2", "--fit-dynamics"], "--loop, --fit-dynamics"),
         (["--contacts", "c.csv", "--keys", "k.csv"], "--contacts, --keys"),

@@ -20,10 +20,11 @@ def test_a_resumed_run_that_is_stopped_before_it_is_judged_says_that_it_is_saved
 
 def test_a_run_goes_on_with_the_teacher_and_the_settings_that_it_began_with(tmp_path):
     from cli.shell.typed import remember
+    from tracking import TrainConfig
 
     folder = tmp_path / "run"
     remember("dance-train", [], {"task.rewards.action-rate": "-0.3"})
-    begun = Arguments(ref=(tmp_path / "a.npz",), minutes=3.0, envs=64)
+    begun = Arguments(ref=(tmp_path / "a.npz",), minutes=3.0, steps=4000, envs=64)
     keep_beginning(begun, folder, tmp_path / "twist2.onnx")
     remember("dance-train", [])
     plain = Arguments(ref=(tmp_path / "a.npz",), resume=True)
@@ -31,7 +32,10 @@ def test_a_run_goes_on_with_the_teacher_and_the_settings_that_it_began_with(tmp_
     assert again.teacher == str(tmp_path / "twist2.onnx")
     numbers = again.numbers()
     assert numbers.task.rewards.action_rate == -0.3 and numbers.envs == 64
-    assert numbers.minutes == float("inf")  # how long one part may take is no property of the run
+    # How long one part may take is no property of the run.
+    plain_numbers = TrainConfig()
+    assert (numbers.minutes, numbers.steps) == (plain_numbers.minutes, plain_numbers.steps)
+    assert numbers.distillation.samples == plain_numbers.distillation.samples
     stated = as_begun(Arguments(ref=plain.ref, resume=True, teacher="none", config=tmp_path / "other.toml"), folder)
     assert (stated.teacher, stated.config) == ("none", tmp_path / "other.toml")
     keep_beginning(begun, folder, None)
