@@ -87,7 +87,10 @@ class GravityConfig:
 
 @dataclass(frozen=True, kw_only=True)
 class SwayConfig:
-    """How a body sways over one standing foot. Numbers at the true rate from 37 recordings: 0.61 to 1.09, median 0.83."""
+    """How a body sways over one standing foot.
+
+    Of 62 recordings at their true rates 29 tell something: a ratio of 0.67 to 1.09, median 0.82, and one of 0.31.
+    """
 
     smooth_hz: float = 4.0  # half-power frequency of the trunk's way [Hz]
     down: float = 0.05  # height of a foot that stands, over its own floor [m]

@@ -18,7 +18,7 @@ _G = 9.81  # [m/s2]
 
 
 def sway_ratio(clip: Clip) -> float | None:
-    """How many times faster than its frame rate says the body sways; about 0.85 at the true rate, None if it tells nothing.
+    """How many times faster than its frame rate says the body sways; about 0.83 at the true rate, None if it tells nothing.
 
     Over one standing foot the trunk is a pendulum on its head: its horizontal acceleration is g/h of its distance from the
     pressure under the foot (Kajita & Tani 1991). Both are compared as root mean squares, with the foot's middle for the
