@@ -67,9 +67,13 @@ def _read_all(args: Arguments) -> list[Danced]:
 
 
 def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Danced:
-    recorded = repair(cut(read_clip(path, args.file.reading()), start, end), strict=args.file.strict)
+    whole = read_clip(path, args.file.reading())
+    recorded = repair(cut(whole, start, end), strict=args.file.strict)
     clip = at_speed(recorded, args.speed)
-    return Danced(path=path, clip=mirrored(clip) if args.mirror else clip, fps=recorded.fps, start_s=start)
+    misses_s = max(0.0, end - whole.frames / whole.fps) if end is not None else 0.0
+    return Danced(
+        path=path, clip=mirrored(clip) if args.mirror else clip, fps=recorded.fps, start_s=start, misses_s=misses_s
+    )
 
 
 def _retarget(

@@ -103,6 +103,7 @@ class SwayConfig:
         1.38  # a factor from there, within which a rate is named; rates that are tried are a factor of 2 apart
     )
     rates: tuple[float, ...] = (30.0, 60.0, 120.0)  # that are tried
+    mistaken: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 4.0)  # of a clip's rate, that the true one may be
 
 
 @dataclass(frozen=True, kw_only=True)

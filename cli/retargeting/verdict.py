@@ -26,6 +26,7 @@ class Danced:
     clip: Clip
     fps: float  # of the file
     start_s: float = 0.0  # of the clip's file
+    misses_s: float = 0.0  # of the stretch that was asked for, after the file's end
 
 
 def verdict_of(
@@ -117,7 +118,12 @@ def _doubts(dance: Danced) -> list[str]:
         for f in dance.clip.source.findings
         if f.confidence == "assumed"
     ]
-    return [f"{dance.path.name}: {doubt}" for doubt in (*assumed, *doubts(dance.clip))]
+    asked = [
+        f"{check}{f'; {flag(check.option)} {check.suggestion} states it' if check.option else ''}"
+        for check in doubts(dance.clip)
+    ]
+    shorter = [f"the clip ends {dance.misses_s:.1f} s before --end"] if dance.misses_s else []
+    return [f"{dance.path.name}: {doubt}" for doubt in (*shorter, *assumed, *asked)]
 
 
 def _trouble(diagnosis: Diagnosis, dances: Sequence[Danced], args: Arguments) -> Trouble:

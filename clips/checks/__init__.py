@@ -8,7 +8,7 @@ from clips.checks.floor_plane import FloorPlane, check_floor, fit_floor
 from clips.checks.foot_points import FootPoints, foot_points
 from clips.checks.gravity import check_gravity
 from clips.checks.jumps import check_jumps, pose_jumps, pose_steps
-from clips.checks.sway import likely_rate, sway_ratio
+from clips.checks.sway import check_sway, likely_rate, sway_ratio
 from clips.checks.travel import check_travel
 from clips.clip import Clip
 
@@ -19,6 +19,7 @@ CHECKS: tuple[Callable[[Clip], Check], ...] = (
     check_travel,
     check_floor,
     check_gravity,
+    check_sway,
 )
 """What is asked of every clip, after it was mended."""
 
@@ -38,6 +39,7 @@ __all__ = [
     "check_floor",
     "check_gravity",
     "check_jumps",
+    "check_sway",
     "check_travel",
     "doubts",
     "fit_floor",

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from clips.checks.check import Check
 from clips.checks.foot_points import foot_points
 from clips.clip import Clip, HumanClip
 from clips.config import GRAVITY, SWAY
@@ -15,6 +17,26 @@ from clips.contact import own_floor
 from robot_models.maths import intervals_of, smooth
 
 _G = 9.81  # [m/s2]
+
+
+_WHAT = "the body sways over a standing foot as gravity has it"
+
+
+def check_sway(clip: Clip) -> Check:
+    """The rate at which the body sways as bodies do, against the clip's: told where another fits and its own does not."""
+    least, most = SWAY.at_truth / SWAY.clear, SWAY.at_truth * SWAY.clear
+    limit = f"{least:.1f} to {most:.1f}"
+    ratio = sway_ratio(clip)
+    if ratio is None:
+        return Check(what=_WHAT, value="it does not say", limit=limit, verdict="cannot tell")
+    value = f"{ratio:.1f} times as fast"
+    if least <= ratio <= most:
+        return Check(what=_WHAT, value=value, limit=limit, verdict="holds")
+    rate = likely_rate({fps: sway_ratio(replace(clip, fps=fps)) for fps in (f * clip.fps for f in SWAY.mistaken)})
+    if rate is None:
+        return Check(what=_WHAT, value=value, limit=limit, verdict="cannot tell")
+    value += f" at {clip.fps:.4g} frames per second; {rate:.4g} would fit"
+    return Check(what=_WHAT, value=value, limit=limit, verdict="doubtful", option="fps", suggestion=f"{rate:.4g}")
 
 
 def sway_ratio(clip: Clip) -> float | None:

@@ -223,7 +223,7 @@ def _learn(
             before, run.steps, run.seconds = run.steps, lesson.samples, time.perf_counter() - began
             board.scalars({"teaching/loss": lesson.loss, "teaching/driving": lesson.driving}, run.steps)
             board.scalars({f"failures/{name}": count for name, count in causes.items()}, run.steps)
-            progress("teach", run.steps, budget, _line(run, lesson))
+            progress("teach", run.steps, run.comes_to(config, budget), _line(run, lesson))
             if signals.came:
                 run.stopped = signals.came  # what came since the last save is done again, and comes out the same
             elif run.steps // every > before // every or run.steps >= budget:

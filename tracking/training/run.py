@@ -90,7 +90,7 @@ def _learn(
             run.steps += result.steps
             run.seconds = time.perf_counter() - began
             board.iteration(run.steps, result)
-            progress("train", run.steps, config.steps, _line(run, result))
+            progress("train", run.steps, run.comes_to(config, config.steps), _line(run, result))
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
                 _judge(run, trainer, pieces, config, board)
                 saved = time.monotonic()

@@ -74,6 +74,13 @@ class Run:
             return f"budget of {config.minutes:g} minutes used"
         return ""
 
+    def comes_to(self, config: TrainConfig, steps: int) -> int:
+        """The steps at which the run will end by its budgets: `steps`, or fewer where the minutes are used before."""
+        if not self.steps or math.isinf(config.minutes):
+            return steps
+        pace = self.steps / max(self.seconds, 1e-9)
+        return max(self.steps, min(steps, round(pace * 60.0 * config.minutes)))
+
 
 @contextmanager
 def run_folder(folder: Path, resume: bool) -> Iterator[None]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from person import ANKLE, person, standing_feet
 
-from clips.checks import likely_rate, sway_ratio
+from clips.checks import check_sway, likely_rate, sway_ratio
 
 FPS = 60.0
 
@@ -38,10 +38,14 @@ def test_a_pendulum_on_its_head_is_seen_at_any_rate():
     assert ratios[0] == pytest.approx(ratios[1], rel=0.15)
     played = falling(100.0)
     assert sway_ratio(dataclasses.replace(played, fps=50.0)) > 1.5 * ratios[1]
+    assert check_sway(played).verdict == "holds"
+    half = check_sway(dataclasses.replace(played, fps=50.0))
+    assert (half.verdict, half.option, half.suggestion) == ("doubtful", "fps", "100")
 
 
 def test_who_stands_still_on_two_feet_tells_nothing():
-    assert sway_ratio(person(*standing_feet(200))) is None
+    still = person(*standing_feet(200))
+    assert sway_ratio(still) is None and check_sway(still).verdict == "cannot tell"
 
 
 @pytest.mark.parametrize(
@@ -74,3 +78,25 @@ def test_rates_that_are_named_are_right(shared):
             named += bool(e.suggestion)
             wrong += bool(e.suggestion) and float(e.suggestion) != true
     assert named >= 15 and not wrong
+
+
+@pytest.mark.slow
+def test_no_true_rate_is_doubted_and_most_wrong_ones_are_where_it_can_tell(shared):
+    from damage import RATES
+
+    from clips import ClipError, ReadOptions, read_clip
+
+    told = seen = 0
+    for path in sorted((shared / "csv").rglob("*.csv")):
+        file = str(path.relative_to(shared))
+        try:
+            clip = read_clip(path, ReadOptions(fps=next((fps for f, fps in RATES.items() if file.startswith(f)), None)))
+        except ClipError:
+            continue
+        assert check_sway(clip).verdict != "doubtful", file
+        for factor in (0.5, 2.0):
+            check = check_sway(dataclasses.replace(clip, fps=factor * clip.fps))
+            told += check.verdict != "cannot tell"
+            seen += check.verdict == "doubtful"
+            assert check.suggestion in ("", f"{clip.fps:.4g}"), file
+    assert told >= 30 and seen >= 0.9 * told
