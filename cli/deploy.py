@@ -53,7 +53,9 @@ def _perform(args: Arguments, log: Path, say: Callable[[str], None], parent: int
     controller = Controller(runner, guard, StageConfig(loops=args.loops, stand_s=args.stand))
     with stop_key() as stopped, _wires(args, log, limits, say) as (reader, outlet):
         stopped.begun = True
-        say("sending commands" if args.send or args.rehearse else "dry run: nothing is sent")
+        say(
+            f"listening on {args.interface}; {'commands follow' if args.send or args.rehearse else 'a dry run: nothing is sent'}"
+        )
         return perform(
             controller, reader, outlet, stopped=stopped, parent=parent,
             tell=lambda stage, dances: say(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 
 from cli.inspecting import checks_table, evidence
 from cli.shell import DONE, ClipPath, FileOptions, TellOptions, Trouble, Verdict, again, command, line, tell
-from clips import Clip, ClipError, HumanClip, read_clip, repair
+from clips import Clip, ClipError, HumanClip, is_reference, read_clip, repair
 from clips.checks import CHECKS
 
 _ANY_RATE = 1.0  # stands in while a file without a rate is described; no number that depends on it is printed
@@ -62,11 +63,19 @@ def _verdict(args: Arguments, clip: Clip, no_rate: bool, rate: str, trouble: str
         line=known,
         doubts=tuple(doubtful),
         troubles=tuple(troubles),
-        steps=()
-        if troubles
-        else ((line("dance-retarget", args.clip, *rate_words), "bring it to a robot; --robot g1"),),
+        steps=() if troubles else _next(args.clip, rate_words),
         data={"source": asdict(clip.source), "frames": clip.frames, "fps": None if no_rate else clip.fps},
     )
+
+
+def _next(file: Path, rate_words: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """What a clip is brought to, and what a reference is good for."""
+    if is_reference(file):
+        return (
+            (line("dance-play", file), "watch it"),
+            (line("dance-train", "--ref", file), "a policy that dances it"),
+        )
+    return ((line("dance-retarget", file, *rate_words), "bring it to a robot; --robot g1"),)
 
 
 def _mended(clip: Clip, strict: bool) -> tuple[Clip, str]:

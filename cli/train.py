@@ -34,7 +34,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Load, train, report."""
-    from tracking import AUTO, NOBODY, named_teacher, refuse_run_that_is_there
+    from tracking import AUTO, NOBODY, named_teacher, refuse_missing_run, refuse_run_that_is_there
     from tracking.task import select_references
 
     args.numbers()  # what is wrong with them is told before anything is read
@@ -50,6 +50,7 @@ def run(args: Arguments) -> int:
     name = first.name if first.is_dir() else first.stem
     folder = args.out or Path("runs") / (name if len(args.ref) == 1 else f"{len(chosen.pieces)}_references")
     if args.resume:
+        refuse_missing_run(folder)
         args = as_begun(args, folder)
     else:
         refuse_run_that_is_there(folder)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 
 from tracking.errors import TrackingError
@@ -24,11 +25,24 @@ def refuse_run_that_is_there(folder: Path) -> None:
         )  # fmt: skip
 
 
+def refuse_missing_run(folder: Path) -> None:
+    """Refuse to go on with a run where there is none.
+
+    Raises:
+        TrackingError: no run is there.
+    """
+    if not any((folder / name).exists() for name in (CHECKPOINT, TEACHER)):
+        raise TrackingError(
+            str(folder), found="no run to go on with", expected=f"a folder with a {CHECKPOINT} or a {TEACHER}",
+            cure="name it with -o, or begin one without --resume",
+        )  # fmt: skip
+
+
 def named_teacher(asked: str) -> Path:
     """The file of a teacher that is asked for: by its path, its folder, or the name of one that comes with the package.
 
     Raises:
-        TrackingError: there is no such teacher.
+        TrackingError: there is no such teacher, or it is no archive as torch writes them.
     """
     own, given = SHIPPED / asked / TEACHER, Path(asked)
     if own.is_file():
@@ -40,4 +54,6 @@ def named_teacher(asked: str) -> Path:
         raise TrackingError(
             f"teacher '{asked}'", found="no such file", expected=", ".join(known), option="teacher", suggestion=NOBODY
         )
+    if path.suffix == ".pt" and not zipfile.is_zipfile(path):
+        raise TrackingError(str(path), found="a file that is no teacher", expected="a teacher.pt as a run keeps it")
     return path

@@ -20,6 +20,7 @@ _COLUMNS = (  # of the table on the screen: metric, heading, digits
     (MetricKey.IMPOSSIBLE_FRAMES, "physics %", 0),
 )  # fmt: skip
 _NAMED = 4  # jobs that are named of each trouble
+_HELP = "by itself it says what helps, and the batch keeps it"
 _STYLE = {"keep": "green", "down-weight": "yellow", "quarantine": "red", "exclude": "red"}
 
 
@@ -58,16 +59,29 @@ def batch_verdict(outcomes: Sequence[Outcome], table: Path) -> Verdict:
 
 
 def _troubles(outcomes: Sequence[Outcome]) -> tuple[Trouble, ...]:
-    """What went wrong, the commonest first, and where."""
-    where: dict[str, list[str]] = {}
+    """What went wrong, the commonest first, where, and the commands that say what helps each."""
+    where: dict[str, list[Outcome]] = {}
     for o in outcomes:
         for what in o.failed or ((f"refused: {o.message}",) if o.verdict == "exclude" else ()):
-            where.setdefault(what.replace(f"{o.clip}: ", "").replace(f"{Path(o.clip).name}: ", ""), []).append(_name(o))
+            where.setdefault(what.replace(f"{o.clip}: ", "").replace(f"{Path(o.clip).name}: ", ""), []).append(o)
     ranked = sorted(where.items(), key=lambda pair: -len(pair[1]))
-    return tuple(
-        Trouble(what=f"{len(names)} x {what}: {', '.join(names[:_NAMED])}{', ...' if len(names) > _NAMED else ''}")
-        for what, names in ranked
-    )
+    told, troubles = set[str](), []
+    for what, of in ranked:
+        names = [_name(o) for o in of]
+        fresh = [o for o in of[:_NAMED] if o.reference and o.reference not in told]
+        told |= {o.reference for o in fresh}
+        troubles.append(
+            Trouble(
+                what=f"{len(names)} x {what}: {', '.join(names[:_NAMED])}{', ...' if len(names) > _NAMED else ''}",
+                cures=tuple((_HELP, _alone(o)) for o in fresh),
+            )
+        )
+    return tuple(troubles)
+
+
+def _alone(o: Outcome) -> str:
+    """The command that makes one reference anew; a batch leaves it as it then is."""
+    return line("dance-retarget", o.clip, "--robot", o.robot, "-o", o.reference)
 
 
 def _name(o: Outcome) -> str:

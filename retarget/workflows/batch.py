@@ -16,7 +16,16 @@ from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Literal
 
-from clips import MetricKey, ReadOptions, metric_label, read_of_several, repair, save_reference, write_whole
+from clips import (
+    MetricKey,
+    ReadOptions,
+    load_reference,
+    metric_label,
+    read_of_several,
+    repair,
+    save_reference,
+    write_whole,
+)
 from retarget.config import RetargetConfig
 from retarget.dynamics import hardest_stretches
 from retarget.errors import RetargetError
@@ -24,7 +33,7 @@ from retarget.pipeline import Retargeted, retarget
 from robot_models import DanceError, __version__, load_robot
 
 SUFFIXES = (".bvh", ".csv", ".pkl", ".npz", ".amc", ".c3d", ".txt", ".motion")
-_FORMAT = 3
+_FORMAT = 4
 Verdict = Literal["keep", "down-weight", "quarantine", "exclude"]
 
 
@@ -59,6 +68,8 @@ class Outcome:
     robot: str
     key: str  # hash of everything that the result follows from
     verdict: Verdict
+    reference: str = ""  # the file that was written
+    made: str = ""  # hash of that file
     message: str = ""
     seconds: float = 0.0  # length of the reference
     took_s: float = 0.0
@@ -149,9 +160,11 @@ def run_job(job: Job, config: BatchConfig) -> Outcome:
     began = time.perf_counter()
     try:
         key = _key(job, config)
-        done = _earlier(job, key)
-        if done is not None:
-            return done
+        done = _earlier(job)
+        if done is not None and done.made != _hash(job.out):
+            return _by_hand(job, done)
+        if done is not None and done.key == key:
+            return replace(done, skipped=True)
         clip = repair(read_of_several(job.clip, config.reading), strict=config.strict)
         result = retarget(clip, load_robot(job.robot), config.retargeting)
         save_reference(result.reference, job.out, float32=config.float32)
@@ -177,6 +190,8 @@ def _judged(job: Job, key: str, result: Retargeted, config: BatchConfig) -> Outc
         robot=job.robot,
         key=key,
         verdict=verdict,
+        reference=str(job.out),
+        made=_hash(job.out),
         seconds=result.reference.duration_s,
         metrics={str(key): value for key, value in metrics.items()},
         failed=tuple(m.label for m in result.report.failures),
@@ -200,18 +215,33 @@ def versions() -> dict[str, str]:
     return {"dance-retarget": __version__, **{p: version(p) for p in ("numpy", "scipy", "mujoco")}}
 
 
-def _earlier(job: Job, key: str) -> Outcome | None:
-    """The outcome of an earlier run that was made from the same, with its reference in place."""
+def _earlier(job: Job) -> Outcome | None:
+    """The outcome of an earlier run, with its reference in place."""
     if not (job.out.is_file() and _note(job).is_file()):
         return None
     try:
         told = json.loads(_note(job).read_text())
-        if told.pop("format") != _FORMAT or told["key"] != key:
+        if told.pop("format") != _FORMAT:
             return None
-        told |= {k: tuple(told[k]) for k in ("failed", "why", "hardest")} | {"skipped": True}
-        return Outcome(**told)
+        return Outcome(**told | {k: tuple(told[k]) for k in ("failed", "why", "hardest")})
     except (OSError, ValueError, KeyError, TypeError):  # a note of another version, or half a one: do it again
         return None
+
+
+def _by_hand(job: Job, before: Outcome) -> Outcome:
+    """The outcome of a reference that somebody has put in the place of the batch's since: it is theirs, and stays."""
+    reference = load_reference(job.out)
+    return Outcome(
+        clip=before.clip, robot=before.robot, key="", skipped=True, reference=str(job.out),
+        verdict="quarantine" if reference.failed_gates else "keep",
+        message="put there by hand since, and kept; delete it to have it made again",
+        seconds=reference.duration_s, failed=reference.failed_gates,
+        metrics={str(key): float(measured["value"]) for key, measured in reference.report.items()},
+    )  # fmt: skip
+
+
+def _hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _note(job: Job) -> Path:

@@ -116,6 +116,13 @@ def test_a_pattern_takes_what_matches_it_and_results_go_to_a_folder_of_their_own
     assert [job.clip.name for job in seen[0][0]] == ["a.bvh"] and (folder / "references" / "summary.csv").exists()
 
 
+def test_a_clip_below_a_gate_has_its_own_command_which_puts_it_back(folder, verdicts, capsys):
+    verdicts("quarantine", "keep", reference="out/x_dancer.npz", failed=("deepest self-collision",))
+    assert main(["clips", "-o", "out"]) == 1
+    out = capsys.readouterr().out
+    assert out.count("dance-retarget clips/b.bvh --robot dancer -o out/x_dancer.npz") == 1
+
+
 def test_why_a_clip_was_left_out_is_said_of_that_clip(folder, verdicts, capsys):
     verdicts("exclude", "quarantine", message="torn [in] two", failed=())
     main(["clips", "-o", "out", "--verbose"])

@@ -41,3 +41,16 @@ def test_a_run_goes_on_with_the_teacher_and_the_settings_that_it_began_with(tmp_
     keep_beginning(begun, folder, None)
     assert as_begun(plain, folder).teacher == "none"
     assert as_begun(plain, tmp_path / "elsewhere") == plain
+
+
+def test_a_run_that_is_not_there_and_a_file_that_is_no_teacher_are_refused_before_anything_is_written(
+    tmp_path, groove_file, capsys
+):
+    from cli.train import main
+
+    folder = tmp_path / "run"
+    assert main(["--ref", str(groove_file), "-o", str(folder), "--resume"]) == 2
+    assert "no run to go on with" in capsys.readouterr().err
+    (tmp_path / "bad.pt").write_bytes(b"x")
+    assert main(["--ref", str(groove_file), "-o", str(folder), "--teacher", str(tmp_path / "bad.pt")]) == 2
+    assert "no teacher" in capsys.readouterr().err and not folder.exists()

@@ -88,6 +88,20 @@ def test_what_changed_is_done_again(folder, tmp_path):
     assert not run_job(job, other).skipped  # no reference
 
 
+def test_a_reference_that_was_put_there_by_hand_is_kept_with_its_own_verdict(folder, tmp_path):
+    (job,) = jobs_for([folder / "a.bvh"], ["dancer"], tmp_path)
+    first = run_job(job, QUICK)
+    assert first.reference == str(job.out)
+    by_hand = retarget(cut(read_clip(job.clip), 0.0, 0.8), load_robot("dancer"), QUICK.retargeting).reference
+    save_reference(by_hand, job.out)
+    for config in (QUICK, BatchConfig(strict=True)):  # of other settings too
+        kept = run_job(job, config)
+        assert kept.skipped and "by hand" in kept.message and kept.seconds == by_hand.duration_s
+        assert kept.verdict == ("quarantine" if by_hand.failed_gates else "keep")
+    job.out.unlink()
+    assert not run_job(job, QUICK).skipped
+
+
 def test_processes_give_the_arrays_that_one_gives(folder, tmp_path):
     one, two = tmp_path / "one", tmp_path / "two"
     one.mkdir(), two.mkdir()
