@@ -88,6 +88,7 @@ def _verdict(judged: list[Judged], written: tuple[Path, ...]) -> Verdict:
     return Verdict(
         passed=len(good) == len(judged),
         line=said,
+        notes=("what touches is found from the robot's own feet, in every file alike",),
         troubles=tuple(Trouble(what=f"{j.name}: {d}") for j in judged for d in j.result.diagnoses),
         written=written,
         steps=(*((line("rerun", path), "look at it") for path in written), *steps),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from clips import Clip, ClipError, RobotClip, full_qpos, make_reference
+from clips import Clip, ClipError, MetricKey, RobotClip, full_qpos, make_reference
 from clips.edit import resample
 from retarget.config import RetargetConfig
 from retarget.pipeline import Retargeted, finish_reference, meta_of, physics_of
@@ -13,12 +15,16 @@ from retarget.targets import as_figure, find_contacts
 from robot_models import RobotModel
 from robot_models.maths import one_blas_thread
 
+_OF_A_SOURCE = {  # or of leads, and there is neither
+    MetricKey.LIMB_DIRECTION_ERROR, MetricKey.AIRBORNE_SOURCE, MetricKey.AIRBORNE_OFF_SOURCE, MetricKey.HOVERING_LEADS,
+}  # fmt: skip
+
 
 @one_blas_thread()
 def as_it_stands(clip: Clip, robot: RobotModel, config: RetargetConfig | None = None) -> Retargeted:
     """The reference that a robot's recorded motion is, at the reference's frame rate, with its report.
 
-    Its own feet say what touches; nothing is moved, mended or led in.
+    Its own feet say what touches; nothing is moved, mended or led in. The report has no number against a source.
 
     Args:
         clip: joint-space motion of this robot.
@@ -43,7 +49,8 @@ def as_it_stands(clip: Clip, robot: RobotModel, config: RetargetConfig | None = 
         segments=np.array([[0, recorded.frames, 0]]), meta={"segment_names": ["dance"]},
     )  # fmt: skip
     dynamics = physics_of(bare, robot) if config.dynamics else None
-    report = measure(bare, robot, source, config.gates, dynamics)
+    measured = measure(bare, robot, source, config.gates, dynamics)
+    report = replace(measured, metrics=tuple(m for m in measured.metrics if m.key not in _OF_A_SOURCE))
     meta = meta_of([source], config, report) | {"as_it_stands": True}
     return Retargeted(
         robot=robot, reference=finish_reference(bare, meta, dynamics), report=report, sources=(source,),
