@@ -13,7 +13,8 @@ from clips import OutputError, aside
 from robot_models import RobotModel, draw_off_screen, import_or_refuse
 from robot_models.maths import Progress, silent
 
-_FPS = 50.0  # players stumble over more
+_FPS = 25.0  # as films are shown; twice as many take twice as long to draw
+_BLOB_M, _BLOB_FADES_M = 0.14, 0.15  # radius of a foot's blob on the floor, and the foot's height at which it is gone
 _GHOST = (0.35, 0.75, 1.0, 0.3)
 
 
@@ -44,7 +45,7 @@ def write_film(
     if min(size) < 16 or any(s % 2 for s in size):
         raise OutputError("film", found=f"a size of {size[0]}x{size[1]}", expected="even numbers of pixels, from 16 on")
     imageio = _encoder()
-    stage, every, done = Stage(robot, size), max(1, round(fps / _FPS)), 0
+    stage, every, done = Stage(robot, size, shadows=False), max(1, round(fps / _FPS)), 0
     with aside(path) as beside:
         film = imageio.write_frames(str(beside), size, fps=fps / every, codec="libx264", quality=7, macro_block_size=2)
         film.send(None)
@@ -68,9 +69,12 @@ Bone = tuple[ndarray, ndarray, float, ndarray]
 
 
 class Stage:
-    """MuJoCo's renderer with a camera that follows the robot, the ghost as a veil, and a person of bones."""
+    """MuJoCo's renderer with a camera that follows the robot, the ghost as a veil, and a person of bones.
 
-    def __init__(self, robot: RobotModel, size: tuple[int, int]) -> None:
+    Shadows are half the time of a picture without a GPU; without them a blob lies under each foot, darker the lower it is.
+    """
+
+    def __init__(self, robot: RobotModel, size: tuple[int, int], *, shadows: bool = True) -> None:
         draw_off_screen()
         import mujoco
 
@@ -84,6 +88,9 @@ class Stage:
                 "film", found=f"no OpenGL to draw with ({type(e).__name__}: {e})", expected="EGL, OSMesa or a display",
                 cure="set MUJOCO_GL to egl or osmesa, or watch the Rerun recording",
             ) from e  # fmt: skip
+        self._feet = [] if shadows else [robot.landmark(name) + 1 for name in ("left_foot", "right_foot")]
+        self._stands: list[float] = []  # height of each foot's origin in the first picture [m]
+        self._renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         self._camera, self._look = mujoco.MjvCamera(), np.full(3, np.nan)
         self._camera.distance, self._camera.azimuth, self._camera.elevation = 2.7, 150.0, -8.0
 
@@ -104,6 +111,19 @@ class Stage:
         for g in scene.geoms[first : scene.ngeom]:
             g.rgba[:], g.matid, g.transparent = _GHOST, -1, 1
 
+    def _add_blobs(self) -> None:
+        """What stands for the shadow of each foot."""
+        mj, scene = self._mj, self._renderer.scene
+        places = self._data.xpos[self._feet]
+        self._stands = self._stands or [float(z) for z in places[:, 2]]
+        for (x, y, z), stands in zip(places, self._stands, strict=True):
+            dark = 0.5 * float(np.clip(1.0 - (z - stands) / _BLOB_FADES_M, 0.0, 1.0))
+            size, at = np.array([_BLOB_M, _BLOB_M, 1e-3]), np.array([x, y, 2e-3])
+            geom, rgba = scene.geoms[scene.ngeom], np.array([0.0, 0.0, 0.0, dark], dtype=np.float32)
+            mj.mjv_initGeom(geom, mj.mjtGeom.mjGEOM_ELLIPSOID, size, at, np.eye(3).ravel(), rgba)
+            geom.transparent = 1
+            scene.ngeom += 1
+
     def draw(self, qpos: ndarray, ghost: ndarray | None, bones: Sequence[Bone] = ()) -> ndarray:
         """One picture (height, width, 3)."""
         mj, scene = self._mj, self._renderer.scene
@@ -112,9 +132,10 @@ class Stage:
         aim = np.array([qpos[0], qpos[1], 0.75])
         if not bones:
             # The camera trails, so that steps are seen as steps.
-            self._look = aim if np.isnan(self._look).any() else self._look + 0.06 * (aim - self._look)
+            self._look = aim if np.isnan(self._look).any() else self._look + 0.12 * (aim - self._look)
         self._camera.lookat[:] = self._look
         self._renderer.update_scene(self._data, self._camera)
+        self._add_blobs()
         if ghost is not None:
             self._add_ghost(ghost)
         for start, end, radius, rgba in bones:

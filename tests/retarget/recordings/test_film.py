@@ -20,7 +20,7 @@ def studio(monkeypatch):
     kept = SimpleNamespace(drawn=[], frames=[], options={}, closed=[])
 
     class Double:
-        def __init__(self, robot, size):
+        def __init__(self, robot, size, shadows):
             kept.size = size
 
         def draw(self, qpos, ghost):
@@ -52,7 +52,7 @@ def poses(count):
     return iter([(np.full(3, float(k)), None if k % 2 else np.full(3, -float(k))) for k in range(count)])
 
 
-@pytest.mark.parametrize(("fps", "every"), [(25.0, 1), (50.0, 1), (60.0, 1), (100.0, 2), (200.0, 4)])
+@pytest.mark.parametrize(("fps", "every"), [(25.0, 1), (30.0, 1), (50.0, 2), (60.0, 2), (100.0, 4), (200.0, 8)])
 def test_a_film_plays_in_real_time_at_no_more_frames_than_players_can_take(studio, dancer, tmp_path, fps, every):
     told = []
     assert (
