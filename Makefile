@@ -8,7 +8,7 @@ OUT    ?= out
 # make demo TORCH="torch==2.13.0 --index-url https://download.pytorch.org/whl/cpu"
 TORCH  ?= torch==2.13.0
 
-.PHONY: demo test test-slow fuzz check docs wheel clean
+.PHONY: demo test test-slow test-pythons fuzz check docs wheel wheels clean
 
 $(VENV)/base: pyproject.toml tested-versions.txt
 	$(PYTHON) -m venv $(VENV)
@@ -61,6 +61,14 @@ docs: $(VENV)/base
 wheel: $(VENV)/dev
 	rm -rf dist build
 	$(PIP) wheel --no-deps -w dist .
+
+# Which machines and Pythons the tested set has wheels for, asked of the package index.
+wheels: $(VENV)/dev
+	$(BIN)/python scripts/wheels.py
+
+# The tests that need no torch, on every other Python that is on this machine.
+test-pythons: wheel
+	scripts/other_pythons.sh
 
 clean:
 	rm -rf $(VENV) build dist $(OUT) *.egg-info .mypy_cache .ruff_cache .pytest_cache

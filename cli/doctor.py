@@ -12,8 +12,10 @@ from importlib.metadata import PackageNotFoundError, version
 from rich.table import Table
 from rich.text import Text
 
-from cli.shell import PARTS, TellOptions, Verdict, command, tell
+from cli.shell import PARTS, TellOptions, Verdict, command, made_for, tell
 from robot_models import DanceError, import_or_refuse
+
+_ELSEWHERE = "has no wheel for this machine, for"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +46,7 @@ def run(args: Arguments) -> int:
         states = parts[extra] = [_state(*part) for part in needed]
         wrong = [s for s in states if not s.endswith("ok")]
         table.add_row(_mark(not wrong), extra, what, ", ".join(wrong) or f"{len(needed)} packages")
-        if wrong:
+        if any(_ELSEWHERE not in s for s in wrong):
             install = "dance-retarget" + ("" if extra == "base" else f"[{extra}]")
             cures.append((what, f"pip install -c tested-versions.txt '{install}'"))
     for name, value in _machine().items():
@@ -67,7 +69,8 @@ def _state(distribution: str, module: str) -> str:
     try:
         found = version(distribution)
     except PackageNotFoundError:
-        return f"{distribution} missing"
+        elsewhere = made_for(distribution)
+        return f"{distribution}: {_ELSEWHERE} {elsewhere}" if elsewhere else f"{distribution} missing"
     try:
         if module:
             import_or_refuse(module, DanceError(distribution, found="no import", expected="one"))

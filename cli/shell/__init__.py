@@ -1,7 +1,7 @@
 """What every command shares: words, consoles, progress, refusals, verdicts."""
 
 from cli.shell.console import Background, make_console
-from cli.shell.extras import PARTS
+from cli.shell.extras import PARTS, made_for
 from cli.shell.interrupts import interrupted_by_signals
 from cli.shell.options import ClipPath, FileOptions, Out, recording_name, some
 from cli.shell.progress_bar import progress
@@ -33,6 +33,7 @@ __all__ = [
     "from_words",
     "interrupted_by_signals",
     "line",
+    "made_for",
     "make_console",
     "progress",
     "recording_name",

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import platform
+import sys
+
 from robot_models import DanceError
 
 # extra -> (distribution, module), what it is for
@@ -24,6 +27,24 @@ PARTS: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
 }  # fmt: skip
 
 
+def made_for(
+    distribution: str,
+    system: str = sys.platform,
+    machine: str = platform.machine(),
+    python: tuple[int, int] = sys.version_info[:2],
+) -> str:
+    """The machines that a package has wheels for, where this is none of them; else "". `make wheels` asks the index."""
+    on_unix, on_arm = system != "win32", machine == "aarch64"
+    here, where = {
+        "pin": (on_unix, "Linux and macOS"),
+        "placo": (on_unix and python < (3, 14), "Linux and macOS, Python 3.13 at most"),
+        "far-unitree-sdk": (system == "linux" and python < (3, 13), "Linux, Python 3.12 at most"),
+        "sapien": (not on_arm, "machines but Linux on aarch64"),
+        "ezc3d": (not on_arm, "machines but Linux on aarch64"),
+    }.get(distribution, (True, ""))
+    return "" if here else where
+
+
 def extra_of(module: str) -> str | None:
     """The extra that brings a module of another package; None where no extra does."""
     top = module.partition(".")[0]
@@ -38,6 +59,10 @@ def refusal_of(error: ModuleNotFoundError) -> DanceError:
     extra = extra_of(error.name or "")
     if extra is None:
         raise error
+    distribution = next(d for d, module in PARTS[extra][1] if module == (error.name or "").partition(".")[0])
+    elsewhere = made_for(distribution)
+    if elsewhere:
+        return DanceError("this command", found=f"no package {distribution} for this machine", expected=elsewhere)
     return DanceError(
         "this command", found=f"no package {error.name}", expected=f"the extra {extra}",
         cure=f"pip install -c tested-versions.txt 'dance-retarget[{extra}]'",

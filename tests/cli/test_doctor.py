@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from cli import doctor
+from cli.shell import made_for
 
 ROOT = Path(__file__).parents[2]
 
@@ -33,6 +34,29 @@ def test_what_it_looks_for_is_what_the_package_asks_for():
     for extra, (_, parts) in doctor.PARTS.items():
         asked = names(project["dependencies"] if extra == "base" else project["optional-dependencies"][extra])
         assert {distribution for distribution, _ in parts} <= asked, extra
+
+
+@pytest.mark.parametrize("python", [(3, 11), (3, 12), (3, 13), (3, 14)])
+@pytest.mark.parametrize("world", [("linux", "x86_64"), ("linux", "aarch64"), ("darwin", "arm64"), ("win32", "AMD64")])
+def test_what_is_made_for_other_machines_is_what_the_package_leaves_out_there(world, python):
+    """Two sources: the table, and the markers of the package's dependencies."""
+    from packaging.requirements import Requirement
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    asked = [*project["dependencies"], *(r for extra in project["optional-dependencies"].values() for r in extra)]
+    there = {"sys_platform": world[0], "platform_machine": world[1], "python_version": f"{python[0]}.{python[1]}"}
+    for requirement in map(Requirement, asked):
+        if requirement.name != "atheris":  # of tests alone
+            fits = requirement.marker is None or requirement.marker.evaluate(there)
+            assert fits == (not made_for(requirement.name, *world, python)), requirement
+
+
+def test_what_has_no_wheel_for_this_machine_is_told_without_a_line_that_cannot_help(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "made_for", lambda _: "the moon")
+    parts = {"deploy": ("wires", (("no-such-package", "nothing"),))}
+    code, said = told(monkeypatch, capsys, parts)
+    assert code == 0 and "no-such-package: has no wheel for this machine, for the moon" in said
+    assert "pip install" not in said
 
 
 def test_all_there_is_all_well(monkeypatch, capsys):
