@@ -50,7 +50,7 @@ if TYPE_CHECKING:
         read_golden,
         replay,
     )
-    from tracking.run_files import AUTO, NOBODY, named_teacher, refuse_missing_run, refuse_run_that_is_there
+    from tracking.run_files import AUTO, LABELS, NOBODY, named_teacher, refuse_missing_run, refuse_run_that_is_there
     from tracking.task import TrackingTask
     from tracking.teaching import teach
     from tracking.training import Run, export_bundle, train
@@ -65,7 +65,7 @@ _ROOMS = {
         "Bundle", "Contract", "Measurement", "Motion", "Runner", "check_contract", "load_bundle", "motion_of", "onnx_policy",
         "read_contract", "read_golden", "replay",
     ),
-    "run_files": ("AUTO", "NOBODY", "named_teacher", "refuse_missing_run", "refuse_run_that_is_there"),
+    "run_files": ("AUTO", "LABELS", "NOBODY", "named_teacher", "refuse_missing_run", "refuse_run_that_is_there"),
     "task": ("TrackingTask",),
     "teaching": ("teach",),
     "training": ("Run", "export_bundle", "train"),
@@ -75,6 +75,7 @@ _ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
 __all__ = [
     "AUTO",
     "ENGINES",
+    "LABELS",
     "NOBODY",
     "Bundle",
     "Cell",

@@ -8,7 +8,7 @@ from pathlib import Path
 from tracking.errors import TrackingError
 from tracking.policy import SHIPPED
 
-CHECKPOINT, TEACHER, CURVES = "checkpoint.pt", "teacher.pt", "curves.csv"
+CHECKPOINT, TEACHER, CURVES, LABELS = "checkpoint.pt", "teacher.pt", "curves.csv", "labels.bin"
 AUTO, NOBODY = "auto", "none"
 
 
@@ -34,7 +34,7 @@ def refuse_missing_run(folder: Path) -> None:
     if not any((folder / name).exists() for name in (CHECKPOINT, TEACHER)):
         raise TrackingError(
             str(folder), found="no run to go on with", expected=f"a folder with a {CHECKPOINT} or a {TEACHER}",
-            cure="name it with -o, or begin one without --resume",
+            cure="name its folder, or begin one",
         )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from cli.evaluating import outcome_line
 from cli.shell import GATE, Trouble, Verdict, line
+from tracking import LABELS
 
 _HARDLY = 0.2  # share of rollouts that finish, below which more of the same is not the first thing to try
 
@@ -107,7 +108,7 @@ def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
     last, name = result.outcome, min(result.evaluations, key=lambda n: result.evaluations[n].finished)
     worst = result.evaluations[name]
     passed = last["finished"] >= GATE
-    recording = result.folder / "training.rrd"
+    recording, labels = result.folder / "training.rrd", result.folder / LABELS
     told = ("policy.onnx", "contract.json", "curves.csv", "checkpoint.pt", "training.rrd")
     which = f"{name}, the dance learnt least of {len(result.evaluations)}" if len(result.evaluations) > 1 else name
     look = ((line("rerun", recording), "look at it"),) if recording.exists() else ()
@@ -123,6 +124,7 @@ def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
             f"bodies {last['body_error_mm']:.0f} mm off the reference",
             f"{result.steps} steps; {result.stopped}",
         ),
+        notes=(f"{labels} ({labels.stat().st_size / 1e6:.0f} MB) is for --resume alone",) if labels.is_file() else (),
         troubles=() if passed else (_below(last["finished"], words),),
         written=tuple(path for path in (result.folder / n for n in told) if path.exists()),
         steps=(*look, *(after if passed else after[:1])),

@@ -30,6 +30,7 @@ from tracking.teaching.who_teaches import REHEARSAL, adviser_of
 from tracking.training import (
     CHECKPOINT,
     CURVES,
+    LABELS,
     TEACHER,
     Run,
     Signals,
@@ -43,7 +44,7 @@ from tracking.training import (
     write_curves,
 )
 
-LABELS, FORMAT_VERSION = "labels.bin", 1
+FORMAT_VERSION = 1
 
 _SAVE_EVERY = 200_000  # labels between two checkpoints, at most: one to three minutes; counted, so that runs repeat
 

@@ -1,6 +1,6 @@
 """Learning: PPO on the task, its checkpoints and curves, one process or many, and the export of what was learnt."""
 
-from tracking.run_files import CHECKPOINT, CURVES, TEACHER
+from tracking.run_files import CHECKPOINT, CURVES, LABELS, TEACHER
 from tracking.training.actor_export import export_bundle, export_tracker, torch_policy
 from tracking.training.checkpoint import load_checkpoint
 from tracking.training.curves import TensorBoard, write_curves
@@ -13,6 +13,7 @@ from tracking.training.stop_signals import Signals
 __all__ = [
     "CHECKPOINT",
     "CURVES",
+    "LABELS",
     "TEACHER",
     "Iteration",
     "Run",
