@@ -31,12 +31,14 @@ def file_name(text: str, *, fallback: str = "unnamed") -> str:
     return kept.encode()[:_LONGEST].decode(errors="ignore") or fallback
 
 
-def check_pattern(pattern: str, where: str, *, error: type[DanceError] = DanceError) -> str:
+def check_pattern(pattern: object, where: str, *, error: type[DanceError] = DanceError) -> str:
     """A regular expression that ends: no repeated group, and few repeats.
 
     Raises:
         DanceError: of the type given.
     """
+    if not isinstance(pattern, str):
+        raise error(where, found=repr(pattern)[:60], expected="a regular expression, in quotes")
     bare = re.sub(r"\\.|\[\^?\]?[^\]]*\]", "x", pattern)
     repeats, groups = len(re.findall(r"[*+{?]", bare.replace("(?:", "("))), bare.count("(")
     if len(pattern) > MAX_NAME or re.search(r"\)[*+{]", bare) or repeats > _REPEATS or groups > _GROUPS:

@@ -169,6 +169,8 @@ def test_good_names_stay():
         "a{99999999999}",
         "a?" * 30 + "a" * 30,
         "(a|a)" * 30,
+        0.5,  # no text: a number, or a list, found by the fuzzing
+        [".*"],
     ],
 )
 def test_patterns_that_may_not_end_are_refused(pattern):
