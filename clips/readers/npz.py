@@ -91,6 +91,10 @@ def _robot_of(raw: RawFile, data: Mapping[str, ndarray]) -> str:
 def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:
     """BeyondMimic's keys: with names (ours), or without, when the order is found by forward kinematics."""
     _need(raw, data, {"joint_pos": 2, "body_pos_w": 3, "body_quat_w": 3})
+    of_bodies = {key: (*data["body_pos_w"].shape[:2], n) for key, n in (("body_pos_w", 3), ("body_quat_w", 4))}
+    for key, shape in of_bodies.items():
+        if data[key].shape != shape or not data[key].size:
+            raise ClipError(f"{raw.name}, {key}", found=f"shape {data[key].shape}", expected=f"{shape}, of some bodies")
     fps, finding = rate(raw, data, options, "fps")
     count = data["joint_pos"].shape[1]
     if "joint_names" in data and "meta" in data:

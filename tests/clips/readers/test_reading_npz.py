@@ -81,6 +81,8 @@ BROKEN_NPZ = {
     "fewer frames": {"joint_pos": np.zeros((10, 29), dtype=np.float32)},
     "text for a rate": {"fps": np.array("fast")},
     "text for joints": {"joint_pos": np.full((90, 29), "x")},
+    "no bodies turned": {"body_quat_w": np.zeros((90, 0, 4), dtype=np.float32)},
+    "bodies of five numbers": {"body_quat_w": np.zeros((90, 30, 5), dtype=np.float32)},
     "two axes of bodies": {"body_pos_w": np.zeros((90, 90), dtype=np.float32)},
 }
 
