@@ -4,24 +4,33 @@ from robot_models.build import BODY_BIT
 from robot_models.catalogue import DEFAULT_ROBOT, find_profile, installed, load_robot, robot_names
 from robot_models.errors import DanceError, RobotError, import_or_refuse
 from robot_models.geometry import SelfCollisions, body_geoms, lowest_point, lowest_points, self_collisions
-from robot_models.jacobians import Kinematics, ancestors, forces, integrate, kinematics, moved
-from robot_models.kinematics import (
-    AXIAL,
-    POLAR,
-    BodyStates,
-    Reflection,
-    body_states,
-    forward_kinematics,
-    heel_toe_positions,
-    joint_axes,
-    leg_length,
-    other_side,
-    reflected_joints,
-    sole_corners,
-)
 from robot_models.model import CONTACT_NAMES, RobotModel
 from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_text
 from robot_models.profile import FEET, LANDMARKS, RobotProfile, Sole, expand_patterns, read_profile
+from robot_models.rigid_body import (
+    AXIAL,
+    POLAR,
+    BodyStates,
+    Kinematics,
+    Momentum,
+    Reflection,
+    ancestors,
+    body_states,
+    forces,
+    forward_kinematics,
+    heel_toe_positions,
+    integrate,
+    joint_axes,
+    kinematics,
+    leg_length,
+    momentum,
+    moved,
+    other_side,
+    reflected_joints,
+    skew,
+    sole_corners,
+    tangents,
+)
 from robot_models.version import __version__
 from robot_models.visual import Part, draw_off_screen, visual_parts
 
@@ -36,6 +45,7 @@ __all__ = [
     "BodyStates",
     "DanceError",
     "Kinematics",
+    "Momentum",
     "Part",
     "Reflection",
     "RobotError",
@@ -62,6 +72,7 @@ __all__ = [
     "load_robot",
     "lowest_point",
     "lowest_points",
+    "momentum",
     "moved",
     "other_side",
     "pinocchio_model",
@@ -71,7 +82,9 @@ __all__ = [
     "reflected_joints",
     "robot_names",
     "self_collisions",
+    "skew",
     "sole_corners",
+    "tangents",
     "urdf_text",
     "visual_parts",
 ]

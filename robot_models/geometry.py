@@ -10,9 +10,9 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from robot_models.build import BODY_BIT
-from robot_models.kinematics import sole_corners
 from robot_models.maths import rotation as rot
 from robot_models.model import RobotModel
+from robot_models.rigid_body import sole_corners
 
 if TYPE_CHECKING:
     import mujoco

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from robot_models.jacobians import integrate
 from robot_models.maths import rotation as rot
+from robot_models.rigid_body.jacobians import integrate
 
 STEP = 1e-5
 # What central differences leave: STEP^2 / 6 of the third derivative, and rounding of the values over STEP, which is

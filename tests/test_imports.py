@@ -13,11 +13,11 @@ from conftest import ROOT
 # Each floor imports only floors before it; each room or module of a floor only those before it in its floor.
 HOUSE = {
     "robot_models": (
-        "maths version errors incoming profile model model_file kinematics jacobians build geometry visual pinocchio_model "
+        "maths version errors incoming profile model model_file rigid_body build geometry visual pinocchio_model "
         "catalogue draft"
     ),
     "clips": "errors contact config files metrics provenance clip reference reference_file checks edit identify readers writers",
-    "retarget": "errors config targets solver per_frame dynamics report recordings pipeline workflows",
+    "retarget": "errors config targets dynamics solver per_frame report recordings pipeline workflows",
     "tracking": "errors config policy run_files engines task evaluation training teaching envs deploy",
     "cli": "shell recordings retargeting evaluating training deploying inspecting judging *",
 }

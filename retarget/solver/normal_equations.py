@@ -15,8 +15,8 @@ from retarget.errors import RetargetError
 from retarget.solver.collision import Clearance
 from retarget.solver.joint_limits import JointLimit
 from retarget.solver.objective import Objective
+from robot_models import tangents
 from robot_models.maths import HALF_BANDWIDTH, BandedSystem, Memory, difference_transposed
-from robot_models.maths import rotation as rot
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -106,6 +106,4 @@ def constrained_step(
 
 def _third_difference(qpos: ndarray) -> ndarray:
     """Of root position, root rotation (by the log map) and joints."""
-    first = np.diff(np.concatenate((qpos[:, :3], qpos[:, 4:7], qpos[:, 7:]), axis=1), axis=0)
-    first[:, 3:6] = rot.log(rot.multiply(qpos[1:, 3:7], rot.conjugate(qpos[:-1, 3:7])))
-    return np.diff(first, 2, axis=0)
+    return np.diff(tangents(qpos), 2, axis=0)

@@ -1,6 +1,6 @@
 """The rows of the whole-clip solver's least-squares problem: weighted errors of the goals, and their derivatives.
 
-Every row is something that a body follows along a wrench (robot_models/jacobians.py): a point along an axis of the
+Every row is something that a body follows along a wrench (robot_models/rigid_body/jacobians.py): a point along an axis of the
 world, a turn about one.
 """
 

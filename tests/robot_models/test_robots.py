@@ -268,7 +268,7 @@ def test_a_missing_package_is_refused_with_the_command_that_brings_it(tmp_path):
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_jacobians_are_the_derivatives_of_the_poses(name, rng):
-    from robot_models.jacobians import forces, integrate, kinematics
+    from robot_models.rigid_body.jacobians import forces, integrate, kinematics
 
     robot = load_robot(name)
     q, _ = random_state(robot, rng, 3)

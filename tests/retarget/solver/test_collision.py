@@ -9,8 +9,8 @@ from derivatives import TOLERANCE, assert_derivatives, central, random_poses, sp
 from retarget.solver.collision import WORLD, Clearance, Places, Proximity, low_soles, too_near
 from robot_models import load_robot
 from robot_models.geometry import body_geoms, self_collisions
-from robot_models.jacobians import ancestors, integrate, kinematics
 from robot_models.maths import rotation as rot
+from robot_models.rigid_body.jacobians import ancestors, integrate, kinematics
 
 
 @pytest.fixture(scope="module", params=["dancer", "g1"])

@@ -12,8 +12,8 @@ from retarget.config import GridStage
 from retarget.solver.gauss_newton import _share, refine
 from retarget.solver.objective import make_objective
 from retarget.solver.residuals import residual_rows
-from robot_models.jacobians import integrate, kinematics
 from robot_models.maths import rotation as rot
+from robot_models.rigid_body.jacobians import integrate, kinematics
 
 FPS, CONFIG = 50.0, WholeClipConfig(settled=1e-4)
 FREE = GridStage(step_s=0.0, iterations=12, smooth_hz=3.0, clearance=False)

@@ -8,10 +8,10 @@ from retarget import ObjectiveWeights, RetargetError
 from retarget.solver.joint_limits import JointLimit
 from retarget.solver.normal_equations import NormalEquations, constrained_step, normal_equations
 from retarget.solver.objective import Objective
-from robot_models.jacobians import integrate
 from robot_models.maths import rotation as rot
 from robot_models.maths.banded import HALF_BANDWIDTH, band_memory, difference_transposed
 from robot_models.maths.smoothing import smooth
+from robot_models.rigid_body.jacobians import integrate
 
 FPS = 50.0
 

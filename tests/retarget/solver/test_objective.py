@@ -14,7 +14,7 @@ from retarget.solver.objective import make_objective
 from retarget.solver.residuals import residual_rows
 from retarget.targets.feet import contact_share
 from robot_models import load_robot
-from robot_models.jacobians import kinematics
+from robot_models.rigid_body.jacobians import kinematics
 
 WEIGHTS = ObjectiveWeights()
 

@@ -12,8 +12,8 @@ from retarget.solver.objective import Objective
 from retarget.solver.residuals import residual_rows
 from retarget.targets.targets import LIMBS
 from robot_models import load_robot
-from robot_models.jacobians import integrate, kinematics
 from robot_models.maths import rotation as rot
+from robot_models.rigid_body.jacobians import integrate, kinematics
 
 # Weights of about one, so that the tolerance means metres and radians; no two alike, so that none can stand for another.
 WEIGHTS = ObjectiveWeights(pelvis_position=0.7, pelvis_orientation=1.3, torso_orientation=0.9, leg=1.1, arm=0.8)

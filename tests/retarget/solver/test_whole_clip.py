@@ -12,8 +12,8 @@ from retarget.solver.collision import Clearance, Proximity, low_soles
 from retarget.solver.joint_limits import joint_limits, project
 from retarget.solver.objective import make_objective
 from retarget.solver.residuals import residual_rows
-from robot_models.jacobians import integrate, kinematics
 from robot_models.maths.banded import BandedSystem, band_memory, difference_transposed, dilate
+from robot_models.rigid_body.jacobians import integrate, kinematics
 
 
 def dense(blocks, terms):

@@ -17,9 +17,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from robot_models.kinematics import joint_axes
 from robot_models.maths import rotation as rot
 from robot_models.model import RobotModel
+from robot_models.rigid_body.kinematics import joint_axes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,6 +68,13 @@ def integrate(qpos: Float[ndarray, "T nq"], step: Float[ndarray, "T nv"]) -> Flo
     out[:, 3:7] = rot.normalise(rot.multiply(rot.exp(step[:, 3:6]), qpos[:, 3:7]))
     out[:, 7:] += step[:, 6:]
     return out
+
+
+def tangents(qpos: Float[ndarray, "T nq"]) -> Float[ndarray, "Td nv"]:
+    """The steps from each configuration to the next, in the tangent of this module."""
+    step = np.diff(np.concatenate((qpos[:, :3], qpos[:, 4:7], qpos[:, 7:]), axis=1), axis=0)
+    step[:, 3:6] = rot.log(rot.multiply(qpos[1:, 3:7], rot.conjugate(qpos[:-1, 3:7])))
+    return step
 
 
 @lru_cache(maxsize=16)

@@ -6,8 +6,8 @@ import pytest
 from any_pose import awkward, posed, random_qpos
 
 from robot_models import load_robot
-from robot_models.jacobians import ancestors, forces, integrate, kinematics, moved
 from robot_models.maths import rotation as rot
+from robot_models.rigid_body.jacobians import ancestors, forces, integrate, kinematics, moved
 
 
 @pytest.fixture(params=["dancer", "g1", "awkward"])

@@ -6,8 +6,8 @@ from any_pose import awkward, posed, random_qpos
 
 from robot_models import CONTACT_NAMES, body_states, forward_kinematics, heel_toe_positions, sole_corners
 from robot_models.build import CONTACT_RADIUS
-from robot_models.kinematics import joint_axes
 from robot_models.maths import rotation as rot
+from robot_models.rigid_body.kinematics import joint_axes
 
 # Chains of a dozen rotations of numbers near one: some hundred roundings of 1e-16.
 EXACT = 1e-12
