@@ -8,13 +8,14 @@ from clips.files import OutputError, aside, folder_aside, write_whole
 from clips.metrics import MetricKey, metric_key, metric_label
 from clips.provenance import Finding, Provenance, ReadOptions, Repair
 from clips.readers import read_clip, read_of_several
-from clips.reference import FREE, PIVOTING, PLANTED, Reference, make_reference
+from clips.reference import FREE, GLIDING, PIVOTING, PLANTED, Reference, make_reference
 from clips.reference_file import check_reference_against, is_reference, load_reference, save_reference
 from clips.writers import LAYOUTS, read_back, write_motion
 from robot_models import __version__
 
 __all__ = [
     "FREE",
+    "GLIDING",
     "LAYOUTS",
     "OPTIONAL",
     "PIVOTING",

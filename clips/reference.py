@@ -15,7 +15,8 @@ from clips.metrics import metric_key, metric_label
 from robot_models import CONTACT_NAMES, RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
 
-FREE, PLANTED, PIVOTING = 0, 1, 2
+FREE, PLANTED, PIVOTING, GLIDING = 0, 1, 2, 3
+"""What a sole edge does: nothing; stands; turns on the spot; carries while it slides over the floor."""
 _LARGEST = 1e7  # number of any array, frame numbers too: no metre, radian or torque of a robot comes near
 _UNIT = 1e-4  # of a quaternion's length off one: single precision, and what other tools round to
 MOTION = ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w")
@@ -36,7 +37,7 @@ class Reference:
     body_quat_w: Float[ndarray, "T B 4"]  # wxyz, world_from_body, sign-continuous in T
     body_lin_vel_w: Float[ndarray, "T B 3"]  # [m/s], of the body origin
     body_ang_vel_w: Float[ndarray, "T B 3"]  # [rad/s], world frame
-    contact: Int[ndarray, "T F"]  # per sole edge: FREE, PLANTED or PIVOTING
+    contact: Int[ndarray, "T F"]  # per sole edge: FREE, PLANTED, PIVOTING or GLIDING
     segments: Int[ndarray, "S 3"]  # start, end, 1 if continuous with the one before
     meta: Mapping[str, Any]  # the rest of the JSON entry: source, config, versions, report
     joint_torque: Float[ndarray, "T J"] | None = None  # by inverse dynamics [N m]; None where nobody computed it
@@ -67,8 +68,10 @@ class Reference:
             raise _refused(
                 "body_quat_w", f"quaternions of length {length.min():.4g} to {length.max():.4g}", "unit ones"
             )
-        if not np.isin(self.contact, (FREE, PLANTED, PIVOTING)).all():
-            raise _refused("contact", f"kinds {np.unique(self.contact).tolist()}", "0 free, 1 planted, 2 pivoting")
+        if not np.isin(self.contact, (FREE, PLANTED, PIVOTING, GLIDING)).all():
+            raise _refused(
+                "contact", f"kinds {np.unique(self.contact).tolist()}", "0 free, 1 planted, 2 pivoting, 3 gliding"
+            )
         self._check_segments()
 
     def __repr__(self) -> str:

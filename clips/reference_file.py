@@ -23,7 +23,7 @@ from robot_models import CONTACT_NAMES, RobotModel, forward_kinematics
 from robot_models.incoming import MAX_NAME, parsed, read_arrays
 from robot_models.maths import rotation as rot
 
-FORMAT_VERSION = 1
+FORMAT_VERSION, _READ = 2, (1, 2)  # the second knows edges that glide
 _TOLERANCE = {"float64": 1e-9, "float32": 1e-5}  # of stored body poses against forward kinematics [m, rad]
 _CONVENTIONS = {"units": "m, rad, s", "quaternion_order": "wxyz", "world_frame": "right-handed, z up"}
 _KEYS = ("fps", *MOTION, "joint_names", "body_names", "contact", "contact_names", "segments", "meta")
@@ -125,14 +125,10 @@ def _meta(data: Mapping[str, ndarray], where: str) -> dict[str, Any]:
     """The JSON entry: robot, hash, and what else was noted."""
     expected = "the metadata of a reference, as JSON"
     meta = parsed(json.loads, str(data["meta"]), f"{where}, meta", expected=expected, error=ReferenceFileError)
-    if (
-        not isinstance(meta, dict)
-        or type(meta.get("format_version")) is not int
-        or meta["format_version"] != FORMAT_VERSION
-    ):
+    if not isinstance(meta, dict) or type(meta.get("format_version")) is not int or meta["format_version"] not in _READ:
         version = meta.get("format_version") if isinstance(meta, dict) else "none"
         raise ReferenceFileError(
-            where, found=f"format version {version!r}"[:80], expected=f"version {FORMAT_VERSION}",
+            where, found=f"format version {version!r}"[:80], expected=f"version {' or '.join(map(str, _READ))}",
             cure="use the release that wrote it, or retarget the clip again",
         )  # fmt: skip
     kinds = {"robot": str, "robot_hash": str, "source": dict, "report": dict, "segment_names": list, "config": dict}

@@ -104,6 +104,30 @@ class GridStage(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
+class GlideConfig(_Checked):
+    """When an edge carries although it moves."""
+
+    carried: float = 0.3  # of the weight, that a body which does not fall free has under it
+    height: float = 0.05  # of the edge over the floor, at most [m]
+    level: float = 0.01  # over the lowest edge, up to which others carry with it [m]
+    gap_s: float = 0.08  # between two glides, that is one [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhysicsConfig(_Checked):
+    """How a motion is bent until floor and motors can give what it needs; residuals are in the gates of `DynamicsConfig`."""
+
+    weight: float = 3.0  # of a residual beside the goals; 0 leaves physics out
+    most: float = 2.0  # a residual beyond it counts in proportion, not by its square
+    least: float = 0.02  # a smaller one is none
+    effort_share: float = 0.95  # of each motor's torque, that may be used
+    joints: int = 3  # of a frame that are looked at, the worst
+    settled: float = 0.5  # a frame with a lower score is left as it is
+    margin_s: float = 0.3  # moved on either side of one that is not [s]
+    stage: GridStage = GridStage(step_s=0.0, iterations=0, more_iterations=6, rounds=2, smooth_hz=3.22)
+
+
+@dataclass(frozen=True, kw_only=True)
 class WholeClipConfig(_Checked):
     """The whole-clip solver."""
 
@@ -114,6 +138,7 @@ class WholeClipConfig(_Checked):
         GridStage(step_s=0.06, iterations=2, more_iterations=2, rounds=2, smooth_hz=3.22),
         GridStage(step_s=0.0, iterations=0, more_iterations=24, rounds=2, smooth_hz=3.22),
     )
+    physics: PhysicsConfig = PhysicsConfig()
     travel_hz: float = 1.7  # half-power frequency of the root's way over the floor [Hz]: a robot cannot push it faster
     height_hz: float = 2.5  # of its height [Hz]
     settled: float = 0.05  # a last step below this is no movement [rad or m]
@@ -126,7 +151,7 @@ class WholeClipConfig(_Checked):
     speed_share: float = 0.95  # of each motor's speed limit, per output frame
     acceleration_share: float = 0.98  # of each motor's acceleration limit
     body_gap: float = 0.015  # kept between bodies: a robot follows to about a centimetre [m]
-    body_spring: float = 100.0  # per metre: soft, for many frames share the work
+    body_spring: float = 400.0  # per metre: firm, and still soft enough that many frames share the work
     floor_gap: float = 0.0005  # kept between soles or bodies and the floor [m]
     floor_spring: float = 1200.0
     watched_gap: float = 0.025  # surfaces nearer than this are watched [m]
@@ -253,6 +278,7 @@ class RetargetConfig(_Checked):
     reach: float = 0.985  # longest hip-ankle distance of a planted leg, of the leg's length
     contact: ContactConfig = field(default_factory=ContactConfig)
     feet: FeetConfig = field(default_factory=FeetConfig)
+    glides: GlideConfig = field(default_factory=GlideConfig)
     jumps: JumpConfig = field(default_factory=JumpConfig)
     dynamics: bool = True  # report whether physics allows the motion
     weights: ObjectiveWeights = field(default_factory=ObjectiveWeights)

@@ -17,12 +17,12 @@ from numpy import ndarray
 from clips import Clip, HumanClip, OutputError, Reference, RobotClip, full_qpos, make_reference, repair, save_reference
 from clips.edit import recentre, resample
 from retarget.config import RetargetConfig
-from retarget.dynamics import Dynamics, dynamics_of
+from retarget.dynamics import Dynamics, dynamics_of, gliding_edges
 from retarget.errors import RetargetError
 from retarget.per_frame import follow, frame_solver
 from retarget.recordings import plot_report, save_retargeting, save_still, show
 from retarget.report import Diagnosis, Report, diagnose, measure
-from retarget.solver import coarse_poses, make_objective, optimise
+from retarget.solver import coarse_poses, make_objective, make_possible, optimise
 from retarget.targets import (
     ContactEdit,
     Contacts,
@@ -133,7 +133,7 @@ def retarget(
         )  # fmt: skip
     part = prepare(clip, robot, config, contacts, keys)
     padded = add_leads(robot, part.coarse, part.targets, config)
-    qpos = solve(robot, padded, part.posture, part.pins, config, progress)
+    qpos, padded = solve(robot, padded, part.posture, part.pins, config, progress)
     bare = reference_of(robot, qpos, padded, config)
     dynamics = physics_of(bare, robot) if config.dynamics else None
     report = measure(bare, robot, part.source, config.gates, dynamics)
@@ -208,17 +208,23 @@ def solve(
     pins: Float[ndarray, "T J"],
     config: RetargetConfig,
     progress: Progress,
-) -> Float[ndarray, "P nq"]:
-    """The motion, leads included, by the solver that the configuration names."""
+) -> tuple[Float[ndarray, "P nq"], MotionWithLeads]:
+    """The motion, leads included, by the solver that the configuration names; and its goals, with the edges that glide."""
     near = padded.qpos[:, 7:].copy()
     near[padded.dance] = posture[:, 7:]
     if config.solver != "whole-clip":
         solver = frame_solver(config.solver, robot, config.ik, config.fps)
-        return follow(solver, padded.targets, near, progress=progress)
+        return follow(solver, padded.targets, near, progress=progress), padded
     pinned_near = np.full_like(near, np.nan)
     pinned_near[padded.dance] = pins
     objective = make_objective(robot, padded.targets, config.weights, near, pinned_near, config.feet)
-    return optimise(robot, objective, padded.qpos, config.fps, config.whole_clip, progress=progress)
+    qpos = optimise(robot, objective, padded.qpos, config.fps, config.whole_clip, progress=progress)
+    if not config.whole_clip.physics.weight:
+        return qpos, padded
+    glides = gliding_edges(robot, qpos, padded.targets.feet.contact, config.fps, config.glides)
+    carried = replace(padded, targets=padded.targets.gliding(glides))
+    objective = make_objective(robot, carried.targets, config.weights, near, pinned_near, config.feet)
+    return make_possible(robot, objective, qpos, config.fps, config.whole_clip, progress=progress), carried
 
 
 def reference_of(

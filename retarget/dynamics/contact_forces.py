@@ -5,20 +5,20 @@ T frames, P sole points, J joints. Distances between wrenches are counted in gat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
-from retarget.dynamics.support import SolePoints
-from robot_models import RobotModel, ancestors, joint_axes
+from retarget.dynamics.support import SolePoints, layout_of
+from robot_models import Kinematics, RobotModel, ancestors, kinematics, moved
 from robot_models.maths import rotation as rot
 
 _EDGES = 4  # generators of the friction pyramid; they lie on the cone, so the pyramid is inside it
 # Squared norms beside the squared residual. They choose among forces that all do: first by the torques they ask for,
 # then by their size. The residual they cost is of the order of 1e-5 gates.
-_PER_EFFORT, _PER_WEIGHT = 1e-5, 1e-6
+_PER_EFFORT, PER_WEIGHT = 1e-5, 1e-6
 # Largest entry of the dual's gradient, in gates; the second is rounding, of what cancels in it.
 _ENOUGH, _ROUNDING = 1e-9, 4e-15
 _MOST_STEPS = 60
@@ -35,6 +35,84 @@ class Demand:
     torque: Float[ndarray, "T J"]  # [N m], were the contact wrench to act on the root
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ForceCone:
+    """What shares of the weight along the generators of the friction pyramids come to. N generators, L joints of the legs.
+
+    The shares of points that do not touch give nothing.
+    """
+
+    weight: float  # [N]
+    edges_w: Float[ndarray, "T P 4 3"]  # generators; 0 where a point does not touch
+    wrench: Float[ndarray, "T 6 N"]  # moment about the CoM and force [gates] per share
+    torque: Float[ndarray, "T L N"]  # of the legs' joints [N m] per share
+    legs: Int[ndarray, "L"]  # joints between root and soles
+    per_torque: Float[ndarray, "L"]  # what a torque counts beside the gates
+
+    def at(self, frames: Int[ndarray, "F"]) -> ForceCone:
+        """Some of the frames."""
+        return replace(self, edges_w=self.edges_w[frames], wrench=self.wrench[frames], torque=self.torque[frames])
+
+    def forces(self, share: Float[ndarray, "T N"]) -> Float[ndarray, "T P 3"]:
+        """The points' forces [N]."""
+        return np.asarray(self.weight * (share.reshape(*self.edges_w.shape[:3], 1) * self.edges_w).sum(axis=2))
+
+    @property
+    def matrix(self) -> Float[ndarray, "T R N"]:
+        """Gates and torques, as they count, by shares."""
+        return np.concatenate((self.wrench, self.torque * self.per_torque[:, None]), axis=1)
+
+    def shares(
+        self, wrench: Float[ndarray, "T 6"], torque: Float[ndarray, "T J"], start: Float[ndarray, "T R"] | None = None
+    ) -> tuple[Float[ndarray, "T N"], Float[ndarray, "T R"], Float[ndarray, "T"]]:
+        """The shares that come nearest to a wrench [gates] with small torques, their dual, how far from the best they are.
+
+        They make least |missing wrench|^2 + 1e-5 |torque / effort|^2 + 1e-6 |shares|^2.
+
+        Args:
+            wrench: wanted, moment before force.
+            torque: of all joints, were the wrench to act on the root.
+            start: the dual of nearly the same problem, which saves most of the work.
+        """
+        target = np.concatenate((wrench, -torque[:, self.legs] * self.per_torque), axis=1)
+        return nonnegative_ridge(self.matrix, target, PER_WEIGHT, start)
+
+
+def force_cone(
+    kin: Kinematics, points: SolePoints, com_w: Float[ndarray, "T 3"], weight: float, gates: Float[ndarray, "6"]
+) -> ForceCone:
+    """The cone of what touching sole points can give.
+
+    Args:
+        kin: poses of the frames.
+        points: the sole points in the same frames.
+        com_w: the point that moments are about [m].
+        weight: of the robot [N].
+        gates: a gate's moment and force [N m, N], per axis.
+    """
+    robot = kin.robot
+    legs = leg_joints(robot)
+    edges = friction_pyramid(points.yaw, robot.profile.friction) * points.in_contact[..., None, None]
+    arm = points.pos_w - com_w[:, None]
+    about_com = np.concatenate((rot.cross(arm[:, :, None], edges), edges), axis=-1)
+    about_origin = np.concatenate((rot.cross(points.pos_w[:, :, None], edges), edges), axis=-1)
+    # What a force takes off a joint's torque is its wrench along the joint's screw.
+    screws = kin.screws[:, None, 6 + legs].swapaxes(2, 3) * moved(robot)[list(points.body)][:, None, 6 + legs]
+    return ForceCone(
+        weight=weight,
+        edges_w=edges,
+        wrench=_columns(about_com) * (weight / gates)[:, None],
+        torque=-weight * _columns(about_origin @ screws),
+        legs=legs,
+        per_torque=np.sqrt(_PER_EFFORT) / robot.effort[legs],
+    )
+
+
+def leg_joints(robot: RobotModel) -> Int[ndarray, "L"]:
+    """The joints between the root and the soles."""
+    return np.flatnonzero(ancestors(robot)[list(layout_of(robot).body)].any(axis=0))
+
+
 def contact_forces(
     robot: RobotModel,
     qpos: Float[ndarray, "T nq"],
@@ -46,10 +124,6 @@ def contact_forces(
 ) -> tuple[Float[ndarray, "T P 3"], Float[ndarray, "T J"], Float[ndarray, "T"]]:
     """Contact forces [N], world; the joint torques [N m] with them; how far from the best they are [gates].
 
-    The forces make least |missing force / force gate|^2 + |missing moment / moment gate|^2 + 1e-5 |torque / effort|^2
-    + 1e-6 |force / weight|^2 over the friction pyramids of the touching points, where the torques are those of the
-    joints between root and soles.
-
     Args:
         robot: the robot.
         qpos: root position [m], root wxyz, joint angles [rad].
@@ -58,34 +132,16 @@ def contact_forces(
         force_gate: as a share of the weight.
         moment_gate: as a share of the weight times 1 m [m].
     """
-    levers = _torque_per_force(robot, qpos, points)
-    legs = np.flatnonzero(ancestors(robot)[list(points.body)].any(axis=0))
+    gates = demand.weight * np.repeat((moment_gate, force_gate), 3)
     out, torque, error = np.zeros_like(points.pos_w), demand.torque.copy(), np.zeros(len(qpos))
     on = np.flatnonzero(points.in_contact.any(axis=1))
     if not len(on):
         return out, torque, error
-    edges = friction_pyramid(points.yaw[on], robot.profile.friction) * points.in_contact[on][..., None, None]
-    arm = points.pos_w[on] - demand.com_w[on, None]
-    per_torque = np.sqrt(_PER_EFFORT) / robot.effort[legs]
-    matrix = np.concatenate(
-        (
-            _columns(edges) / force_gate,
-            _columns(rot.cross(arm[:, :, None], edges)) / moment_gate,
-            _columns(edges @ levers[on][:, :, legs].swapaxes(2, 3)) * per_torque[:, None] * demand.weight,
-        ),
-        axis=1,
-    )
-    wanted = np.concatenate(
-        (
-            demand.force_w[on] / (force_gate * demand.weight),
-            demand.moment_w[on] / (moment_gate * demand.weight),
-            -torque[on][:, legs] * per_torque,
-        ),
-        axis=1,
-    )
-    share, error[on] = nonnegative_ridge(matrix, wanted, _PER_WEIGHT)
-    out[on] = demand.weight * np.sum(share.reshape(*edges.shape[:3], 1) * edges, axis=2)
-    torque += np.einsum("tpjk,tpk->tj", levers, out)
+    cone = force_cone(kinematics(robot, qpos[on]), points.at(on), demand.com_w[on], demand.weight, gates)
+    wanted = np.concatenate((demand.moment_w[on], demand.force_w[on]), axis=1) / gates
+    share, _, error[on] = cone.shares(wanted, torque[on])
+    out[on] = cone.forces(share)
+    torque[on[:, None], cone.legs] += (cone.torque @ share[..., None])[..., 0]
     return out, torque, error
 
 
@@ -93,14 +149,6 @@ def _columns(of_generators: ndarray) -> ndarray:
     """(T, P, E, m) -> (T, m, P E)."""
     t, p, e, m = of_generators.shape
     return of_generators.reshape(t, p * e, m).swapaxes(1, 2)
-
-
-def _torque_per_force(robot: RobotModel, qpos: ndarray, points: SolePoints) -> Float[ndarray, "T P J 3"]:
-    """What a force on a sole point takes off a joint's torque: -axis x (point - anchor), by the triple product."""
-    _, _, axes, anchors = joint_axes(robot, qpos)
-    carries = ancestors(robot)[list(points.body)]
-    arm = points.pos_w[:, :, None] - anchors[:, None]
-    return -rot.cross(axes[:, None], arm) * carries[..., None]
 
 
 def friction_pyramid(yaw: Float[ndarray, "T P"], friction: float) -> Float[ndarray, "T P 4 3"]:
@@ -113,8 +161,11 @@ def friction_pyramid(yaw: Float[ndarray, "T P"], friction: float) -> Float[ndarr
 
 
 def nonnegative_ridge(
-    matrix: Float[ndarray, "T m n"], target: Float[ndarray, "T m"], ridge: float
-) -> tuple[Float[ndarray, "T n"], Float[ndarray, "T"]]:
+    matrix: Float[ndarray, "T m n"],
+    target: Float[ndarray, "T m"],
+    ridge: float,
+    start: Float[ndarray, "T m"] | None = None,
+) -> tuple[Float[ndarray, "T n"], Float[ndarray, "T m"], Float[ndarray, "T"]]:
     """For every frame the x >= 0 that makes |matrix x - target|^2 + ridge |x|^2 least, and how far from solved.
 
     x = max(0, matrix^T y), where y makes the convex, piecewise quadratic dual
@@ -123,14 +174,15 @@ def nonnegative_ridge(
     those that are solved leave.
 
     Returns:
-        x, and the largest entry of the dual's gradient, which is an error in the units of `target`.
+        x, y, and the largest entry of the dual's gradient, which is an error in the units of `target`.
     """
     frames, rows, _ = matrix.shape
-    y, error, todo = np.zeros((frames, rows)), np.zeros(frames), np.arange(frames)
+    y = np.zeros((frames, rows)) if start is None else start.copy()
+    error, todo = np.zeros(frames), np.arange(frames)
     small = ridge * np.eye(rows)
     m, b, v = matrix, target, y.copy()
-    pulled = np.zeros((frames, matrix.shape[2]))  # matrix^T y
-    for round_ in range(_MOST_STEPS):
+    pulled = _times(m.swapaxes(1, 2), v)  # matrix^T y
+    for _ in range(_MOST_STEPS):
         x = np.maximum(pulled, 0.0)
         gradient = _times(m, x) + ridge * v - b
         error[todo] = np.abs(gradient).max(axis=1)
@@ -139,13 +191,13 @@ def nonnegative_ridge(
         if not on.any():
             break
         m, b, v, pulled, gradient, todo = m[on], b[on], v[on], pulled[on], gradient[on], todo[on]
-        held = pulled > 0.0 if round_ else np.ones_like(pulled, dtype=bool)
+        held = (pulled > 0.0) | ~pulled.any(axis=1, keepdims=True)  # all of them, where nothing is known yet
         masked = m * held[:, None]
         step = -np.linalg.solve(masked @ m.swapaxes(1, 2) + small, gradient[..., None])[..., 0]
         length = _cut_back(m, b, v, pulled, step, ridge)
         v = v + length[:, None] * step
         pulled = _times(m.swapaxes(1, 2), v)
-    return np.maximum(_times(matrix.swapaxes(1, 2), y), 0.0), error
+    return np.maximum(_times(matrix.swapaxes(1, 2), y), 0.0), y, error
 
 
 def _cut_back(m: ndarray, b: ndarray, v: ndarray, pulled: ndarray, step: ndarray, ridge: float) -> ndarray:

@@ -5,10 +5,11 @@ P sole points are the profile's contact points, the left foot's first.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from clips import FREE, Reference, heights_and_speeds
@@ -28,6 +29,10 @@ class SolePoints:
     yaw: Float[ndarray, "T P"]  # heading of the point's foot [rad]
     body: tuple[int, ...]  # place in `body_names` of the body that carries each point
 
+    def at(self, frames: Int[ndarray, "F"]) -> SolePoints:
+        """Some of the frames."""
+        return replace(self, pos_w=self.pos_w[frames], in_contact=self.in_contact[frames], yaw=self.yaw[frames])
+
 
 def continuous_ranges(reference: Reference) -> list[tuple[int, int]]:
     """Half-open frame ranges that are continuous in time; nothing differentiates across their ends."""
@@ -38,7 +43,7 @@ def continuous_ranges(reference: Reference) -> list[tuple[int, int]]:
 def sole_points(reference: Reference, robot: RobotModel) -> SolePoints:
     """Where the sole points are and which may carry force.
 
-    A point touches if the label of its edge says planted or pivoting, or if it is lower than 1 cm and slower than
+    A point touches if the label of its edge says that it touches, or if it is lower than 1 cm and slower than
     0.3 m/s: labels come from the source and may miss a touch. It may carry force in those frames and in the ones next
     to them, because a second difference is the mean acceleration between the neighbours of its frame. Whatever is
     3 cm above the floor carries nothing.
@@ -47,25 +52,56 @@ def sole_points(reference: Reference, robot: RobotModel) -> SolePoints:
         reference: the motion.
         robot: its robot.
     """
-    places, offsets, edges = [], [], []
+    quat = rot.normalise(np.asarray(reference.body_quat_w, dtype=float))
+    pos, yaw = placed_points(robot, reference.body_pos_w, quat)
+    parts = [
+        carrying_points(robot, pos[a:b], reference.contact[a:b], reference.fps) for a, b in continuous_ranges(reference)
+    ]
+    return SolePoints(pos_w=pos, in_contact=np.concatenate(parts), yaw=yaw, body=layout_of(robot).body)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SoleLayout:
+    """The soles' contact points on the robot."""
+
+    body: tuple[int, ...]  # place in `body_names` of the body that carries each point
+    offset: Float[ndarray, "P 3"]  # in that body's frame [m]
+    edge: tuple[int, ...]  # place in CONTACT_NAMES of the half sole that it lies on
+
+
+@lru_cache(maxsize=16)
+def layout_of(robot: RobotModel) -> SoleLayout:
+    """The contact points of the profile's soles."""
+    bodies, offsets, edges = [], [], []
     for side in FEET:
         sole = robot.soles[side]
         for x, y in sole.points:
-            places.append(robot.body(sole.body))
+            bodies.append(robot.body(sole.body))
             offsets.append((x, y, sole.z))
             edges.append(CONTACT_NAMES.index(f"{side}_{'heel' if x < 0.5 * sum(sole.x) else 'toe'}"))
-    quat = rot.normalise(np.asarray(reference.body_quat_w, dtype=float))[:, places]
-    pos = reference.body_pos_w[:, places] + rot.rotate(quat, np.broadcast_to(offsets, (*quat.shape[:2], 3)))
-    parts = [heights_and_speeds(pos[a:b], reference.fps, 0.0) for a, b in continuous_ranges(reference)]
-    height, speed = (np.concatenate(x) for x in zip(*parts, strict=True))
-    contacts = (reference.contact[:, edges] != FREE) | _RULES.carrying.holds(height, speed)
-    near = contacts.copy()
-    for a, b in continuous_ranges(reference):
-        near[a + 1 : b] |= contacts[a : b - 1]
-        near[a : b - 1] |= contacts[a + 1 : b]
-    return SolePoints(
-        pos_w=pos, in_contact=near & (height < _RULES.clear_height), yaw=rot.yaw(quat), body=tuple(places)
-    )
+    return SoleLayout(body=tuple(bodies), offset=np.array(offsets), edge=tuple(edges))
+
+
+def placed_points(
+    robot: RobotModel, pos: Float[ndarray, "T B 3"], quat: Float[ndarray, "T B 4"]
+) -> tuple[Float[ndarray, "T P 3"], Float[ndarray, "T P"]]:
+    """Where the sole points are in poses of the bodies [m], and the heading of their feet [rad]."""
+    layout = layout_of(robot)
+    feet = quat[:, list(layout.body)]
+    offset = np.broadcast_to(layout.offset, (*feet.shape[:2], 3))
+    return pos[:, list(layout.body)] + rot.rotate(feet, offset), rot.yaw(feet)
+
+
+def carrying_points(
+    robot: RobotModel, pos_w: Float[ndarray, "T P 3"], contact: Int[ndarray, "T 4"], fps: float
+) -> Bool[ndarray, "T P"]:
+    """Which sole points may carry force, on frames that follow one another: as `sole_points` says."""
+    height, speed = heights_and_speeds(pos_w, fps, 0.0)
+    touching = (contact[:, list(layout_of(robot).edge)] != FREE) | _RULES.carrying.holds(height, speed)
+    near = touching.copy()
+    near[1:] |= touching[:-1]
+    near[:-1] |= touching[1:]
+    return np.asarray(near & (height < _RULES.clear_height))
 
 
 def outside_support(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from clips import FREE, PIVOTING, PLANTED, MetricKey, Reference
+from clips import FREE, GLIDING, PIVOTING, PLANTED, MetricKey, Reference
 from retarget.recordings.scene import RED, Log, slug, timelines
 from retarget.report import Diagnosis
 from robot_models import CONTACT_NAMES, RobotModel, self_collisions
@@ -48,11 +48,11 @@ def _draw_lane(log: Log, diagnosis: Diagnosis, reference: Reference) -> None:
 
 
 def draw_contact_lanes(log: Log, name: str, reference: Reference) -> Callable[[Any], Any]:
-    """A lane for each sole edge: free, planted or pivoting; returns its view."""
+    """A lane for each sole edge and what it does; returns its view."""
     import rerun as rr
 
-    states = {FREE: "free", PLANTED: "planted", PIVOTING: "pivoting"}
-    colours = [(45, 48, 56, 255), _GREEN, (245, 170, 40, 255)]
+    states = {FREE: "free", PLANTED: "planted", PIVOTING: "pivoting", GLIDING: "gliding"}
+    colours = [(45, 48, 56, 255), _GREEN, (245, 170, 40, 255), (70, 160, 245, 255)]
     for k, edge in enumerate(CONTACT_NAMES):
         labels = np.asarray(reference.contact[:, k])
         frames = np.flatnonzero(np.concatenate(([True], labels[1:] != labels[:-1])))

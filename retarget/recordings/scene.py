@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from clips import PIVOTING, PLANTED, HumanClip, Reference, write_whole
+from clips import GLIDING, PIVOTING, PLANTED, HumanClip, Reference, write_whole
 from retarget.report import Diagnosis, Report
 from retarget.targets import Targets
 from robot_models import FEET, Part, RobotModel, heel_toe_positions
@@ -27,7 +27,8 @@ from robot_models.maths import smooth
 Log = Any  # rerun.RecordingStream
 SIDE_M = 1.1  # figures stand this far from each other
 _SLIDING = 0.03  # a planted edge faster than this is drawn red [m/s]
-_GREY, _GREEN, _ORANGE, RED = (120, 125, 135, 255), (60, 190, 110, 255), (245, 170, 40, 255), (230, 55, 45, 255)
+_GREY, _GREEN, _ORANGE, _BLUE = (120, 125, 135, 255), (60, 190, 110, 255), (245, 170, 40, 255), (70, 160, 245, 255)
+RED = (230, 55, 45, 255)
 _SOURCE, _TARGET, GHOST = (90, 170, 255), (255, 205, 70), (120, 150, 190, 90)
 _SPACE = uuid.UUID("6ad2c0de-5b5e-4c5c-9d0a-0d3a2c1e77aa")
 
@@ -190,7 +191,7 @@ def _shape(part: Part, tint: tuple[int, ...] | None) -> Any:
 
 
 def draw_soles(log: Log, robot: RobotModel, reference: Reference, index: list[Any], root: str = "world/robot") -> None:
-    """Half soles in the colour of their contact: green planted, orange pivoting, red sliding while planted."""
+    """Half soles in the colour of their contact: green planted, orange pivoting, blue gliding, red sliding while planted."""
     import rerun as rr
 
     edges = heel_toe_positions(robot, reference.body_pos_w, reference.body_quat_w)
@@ -198,6 +199,7 @@ def draw_soles(log: Log, robot: RobotModel, reference: Reference, index: list[An
     colours = np.full((reference.frames, 4, 4), _GREY, dtype=np.uint8)
     colours[reference.contact == PLANTED] = _GREEN
     colours[reference.contact == PIVOTING] = _ORANGE
+    colours[reference.contact == GLIDING] = _BLUE
     colours[(reference.contact == PLANTED) & (speed > _SLIDING)] = RED
     for k, side in enumerate(FEET):
         sole = robot.soles[side]

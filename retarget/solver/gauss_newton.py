@@ -10,8 +10,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from retarget.config import GridStage, WholeClipConfig
+from retarget.config import GridStage, PhysicsConfig, WholeClipConfig
 from retarget.solver.collision import WORLD, Clearance, Places, Proximity, low_soles, too_near
+from retarget.solver.floor_wrench import FloorWrench
 from retarget.solver.joint_limits import joint_limits, project
 from retarget.solver.normal_equations import constrained_step, normal_equations
 from retarget.solver.objective import Objective
@@ -29,6 +30,7 @@ def refine(
     fps: float,
     stage: GridStage,
     config: WholeClipConfig,
+    physics: PhysicsConfig | None = None,
 ) -> Float[ndarray, "T nq"]:
     """Improve a motion on one grid: all frames a few times, then the stretches that still move until they rest.
 
@@ -39,11 +41,12 @@ def refine(
         fps: frames per second of the grid.
         stage: iterations and what to respect.
         config: the solver's numbers.
+        physics: what to make possible, of a motion that is at its goals.
 
     Raises:
         RetargetError: the problem has no finite solution.
     """
-    descent = _Descent(robot, objective, start, fps, stage, config)
+    descent = _Descent(robot, objective, start, fps, stage, config, physics)
     margin = max(HALF_BANDWIDTH, round(config.settle_margin_s * fps))
     for k in range(stage.iterations + stage.more_iterations):
         active = np.ones(len(start), dtype=bool) if k < stage.iterations else descent.active_frames(margin)
@@ -64,6 +67,7 @@ class _Descent:
         fps: float,
         stage: GridStage,
         config: WholeClipConfig,
+        physics: PhysicsConfig | None,
     ) -> None:
         frames = len(start)
         self._robot, self._objective, self._level, self._config = robot, objective, stage, config
@@ -77,10 +81,16 @@ class _Descent:
         self._before, self._predicted = np.full(frames, np.inf), np.full(frames, np.inf)  # squared residuals
         self._memory = band_memory(frames, robot.model.nv)
         self.qpos, self._last = np.array(start), np.array(start)
+        self._moved = np.ones(frames, dtype=bool)  # in the last iteration
+        self._floor = None if physics is None else FloorWrench(robot, objective.contact, start, fps, physics)
         self.wanted = np.full(frames, np.inf)  # how far each frame wanted to go in its last iteration [rad or m]
 
     def active_frames(self, margin: int) -> Bool[ndarray, "T"]:
         """Frames that still move, or that have not been solved and miss something that must hold, and those around."""
+        if self._floor is not None:
+            beyond = self._floor.beyond(self.qpos, self._moved)
+            wild = np.isfinite(self._before) & (self.wanted > self._config.settled)
+            return beyond | dilate(wild | self._violates_limits(), margin)
         if np.isinf(self.wanted).all():
             self.wanted = np.where(self._missed_requirements(), np.inf, 0.0)
         return dilate((self.wanted > self._config.settled) | self._violates_limits(), margin)
@@ -120,23 +130,29 @@ class _Descent:
         """One Gauss-Newton step of some frames; the others stand still."""
         config = self._config
         # The frames beside a stretch take part in its problem, held; so held, they also part one stretch from the next.
-        frames = np.flatnonzero(dilate(moving, HALF_BANDWIDTH))
+        self._moved = dilate(moving, HALF_BANDWIDTH)
+        frames = np.flatnonzero(self._moved)
         objective = self._objective.at(frames)
         actual, kin, residual, jacobian, body_rows = self._evaluated(frames)
         qpos = self.qpos[frames]
-        damping = self._update_damping(frames, actual)
+        rows = None if self._floor is None else self._floor.rows(frames, kin, qpos)
+        lacking = 0.0 if rows is None else rows.squared(len(frames))
+        damping = self._update_damping(frames, actual + lacking)
         limits = [limit.part(frames) for limit in self._limits]
         clearance = self._clearance(qpos, kin)
         held = np.where(moving[frames], damping, _HELD)
         model = normal_equations(objective, qpos, residual, jacobian, body_rows, held, self._bandwidths)
-        step = constrained_step(model, qpos[:, 7:], limits, clearance, self._level.rounds, self._memory)
+        step = constrained_step(model, qpos[:, 7:], limits, clearance, self._level.rounds, self._memory, rows)
         wanted = np.abs(step).max(axis=1)
         step *= _share(wanted, config.largest_turn)[:, None]
         self.wanted[frames] = wanted
         if clearance is not None:
             self.wanted[frames[clearance.missed]] = np.inf
-        self._before[frames] = _squared(residual)
+        self._before[frames] = _squared(residual) + lacking
         self._predicted[frames] = _squared(residual + (jacobian @ step[..., None])[..., 0])
+        if rows is not None and self._floor is not None:
+            self._predicted[frames] += rows.squared(len(frames), step)
+            self._floor.remember(frames, rows)
         self._last[frames], self.qpos[frames] = qpos, integrate(qpos, step)
         for whole, limit in zip(self._limits, limits, strict=True):
             whole.take(limit, frames)

@@ -15,6 +15,7 @@ from retarget.errors import RetargetError
 from retarget.solver.collision import Clearance
 from retarget.solver.joint_limits import JointLimit
 from retarget.solver.objective import Objective
+from retarget.solver.physics_rows import PhysicsRows
 from robot_models import tangents
 from robot_models.maths import HALF_BANDWIDTH, BandedSystem, Memory, difference_transposed
 
@@ -70,6 +71,7 @@ def constrained_step(
     clearance: Clearance | None,
     rounds: int,
     memory: Memory,
+    physics: PhysicsRows | None = None,
 ) -> ndarray:
     """The step that minimises the model within limits and clearances, by active sets.
 
@@ -79,6 +81,7 @@ def constrained_step(
         limits: the joints' limits.
         clearance: of soles and bodies.
         rounds: of the active sets, at most.
+        physics: what floor and motors cannot give.
         memory: where the systems may stand, one after the other.
 
     Raises:
@@ -89,7 +92,11 @@ def constrained_step(
         blocks, gradient = model.blocks.copy(), model.gradient.copy()
         if clearance is not None:
             clearance.add_to(blocks, gradient)
+        if physics is not None:
+            physics.add_to(blocks, gradient)
         system = BandedSystem(blocks, memory)
+        if physics is not None:
+            physics.couple(system)
         system.add_differences(HALF_BANDWIDTH, smoothness)
         for limit in limits:
             limit.add_to(system, gradient, joints)
@@ -99,6 +106,7 @@ def constrained_step(
             raise RetargetError("whole-clip solver", found=str(e), expected="a solvable problem") from e
         changed = sum(b.update(joints + step[:, 6:]) for b in limits)
         changed += 0 if clearance is None else clearance.update(step)
+        changed += 0 if physics is None else physics.update(step)
         if changed <= len(joints) // 200:  # the rest is left to the next iteration
             break
     return step

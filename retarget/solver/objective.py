@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from clips import PIVOTING
+from clips import FREE, GLIDING, PIVOTING
 from retarget.config import FeetConfig, ObjectiveWeights
 from retarget.solver.free_joints import free_joints
 from retarget.targets import LIMBS, Targets, contact_share
@@ -31,6 +31,7 @@ class Objective:
     edge_weight: Float[ndarray, "T 4 3"]
     roll_weight: Float[ndarray, "T 2"]
     posture_weight: Float[ndarray, "T J"]
+    contact: Int[ndarray, "T 4"]  # of the edges
 
     def at(self, frames: Int[ndarray, "F"]) -> Objective:
         """The same goals on some of the frames."""
@@ -62,9 +63,13 @@ def make_objective(
         for k, side in enumerate(FEET)
         for point in (robot.soles[side].heel, robot.soles[side].toe)
     ]
-    share = contact_share(feet, targets.fps, feet_config)
+    places = np.stack(edges, axis=1)
+    glides = contact_share(feet.contact == GLIDING, targets.fps, feet_config)
+    share = contact_share((feet.contact != FREE) & (feet.contact != GLIDING), targets.fps, feet_config)
+    places[..., 2] *= np.where(share < 1.0, 1.0 - glides, 1.0)  # what glides is on the floor
     edge_weight = np.repeat((weights.swing + share * (weights.planted - weights.swing))[..., None], 3, axis=2)
     edge_weight[..., :2][feet.contact == PIVOTING] = weights.pivot
+    edge_weight[..., 2] = np.maximum(edge_weight[..., 2], weights.swing + glides * (weights.planted - weights.swing))
     in_contact = share.reshape(-1, 2, 2).max(axis=2)
     firmness = np.where(free_joints(robot), weights.free_joint, weights.posture)
     posture_weight = np.broadcast_to(firmness, posture.shape)
@@ -77,10 +82,11 @@ def make_objective(
         pelvis_quat=targets.pelvis_quat,
         torso_quat=targets.torso_quat,
         limbs=np.stack([targets.limbs[limb] for limb in LIMBS], axis=1),
-        edges=np.stack(edges, axis=1),
+        edges=places,
         foot_quat=feet.quat,
         posture=posture,
         edge_weight=edge_weight,
         roll_weight=weights.swing_roll + in_contact * (weights.planted_roll - weights.swing_roll),
         posture_weight=posture_weight,
+        contact=feet.contact,
     )

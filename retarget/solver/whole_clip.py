@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from retarget.config import GridStage, WholeClipConfig
+from retarget.config import GridStage, PhysicsConfig, WholeClipConfig
 from retarget.solver.gauss_newton import refine
 from retarget.solver.objective import Objective
 from retarget.targets import smoothstep
@@ -39,6 +39,20 @@ def optimise(
     return _on_grids(robot, objective, start, fps, config.fine, config, progress)
 
 
+def make_possible(
+    robot: RobotModel,
+    objective: Objective,
+    start: Float[ndarray, "T nq"],
+    fps: float,
+    config: WholeClipConfig,
+    *,
+    progress: Progress = silent,
+) -> Float[ndarray, "T nq"]:
+    """Bend a motion that is at its goals until floor and motors can give what it needs, within all limits."""
+    physics = config.physics
+    return _on_grids(robot, objective, start, fps, (physics.stage,), config, progress, physics)
+
+
 def _on_grids(
     robot: RobotModel,
     objective: Objective,
@@ -47,6 +61,7 @@ def _on_grids(
     stages: tuple[GridStage, ...],
     config: WholeClipConfig,
     progress: Progress,
+    physics: PhysicsConfig | None = None,
 ) -> ndarray:
     windows = list(_windows(len(start), fps, config))
     out = np.array(start)
@@ -55,9 +70,11 @@ def _on_grids(
         for k, stage in enumerate(stages):
             grid = _grid(len(part), max(1, round(stage.step_s * fps)))
             stride = grid[1] if len(grid) > 1 else 1
-            solved = refine(robot, inside.at(grid), part[grid], fps / stride, stage, config)
+            solved = refine(robot, inside.at(grid), part[grid], fps / stride, stage, config, physics)
             part = solved if len(grid) == len(part) else _between(solved, grid, len(part))
-            progress("optimise", done * len(stages) + k + 1, len(windows) * len(stages))
+            progress(
+                "optimise" if physics is None else "physics", done * len(stages) + k + 1, len(windows) * len(stages)
+            )
         _blend_in(out, part, window, 0 if window.start == 0 else round(config.overlap_s * fps))
     return out
 

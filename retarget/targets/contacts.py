@@ -11,7 +11,7 @@ from numpy import ndarray
 from clips import FREE, PIVOTING, PLANTED, HumanClip, heights_and_speeds, own_floor
 from retarget.config import ContactConfig
 from robot_models import FEET
-from robot_models.maths import intervals_of, rotation
+from robot_models.maths import close_gaps, intervals_of, rotation
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,7 +39,7 @@ def find_contacts(clip: HumanClip, config: ContactConfig) -> Contacts:
     both = np.asarray(in_contact.reshape(-1, 2, 2).any(axis=2))
     return Contacts(
         in_contact=in_contact,
-        pivoting=np.stack([_close(turning[:, s] & both[:, s], shortest) for s in range(2)], axis=1) & both,
+        pivoting=np.stack([close_gaps(turning[:, s] & both[:, s], shortest) for s in range(2)], axis=1) & both,
     )
 
 
@@ -65,19 +65,10 @@ def foot_yaw_rate(clip: HumanClip) -> Float[ndarray, "T 2"]:
 
 def _hysteresis(tight: ndarray, loose: ndarray, shortest: int) -> ndarray:
     """Runs of `loose` that hold at least `shortest` frames of `tight`; short holes closed first."""
-    loose = _close(loose, shortest)
+    loose = close_gaps(loose, shortest)
     out = np.zeros(len(loose), dtype=bool)
     for a, b in intervals_of(loose):
         hits = np.flatnonzero(tight[a:b])
         if len(hits) >= shortest:
-            out[a:b] = True
-    return out
-
-
-def _close(mask: ndarray, shortest: int) -> ndarray:
-    """Fill holes shorter than `shortest` frames between two true runs."""
-    out = mask.copy()
-    for a, b in intervals_of(~mask):
-        if a > 0 and b < len(mask) and b - a < shortest:
             out[a:b] = True
     return out

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from clips import FREE, HumanClip
+from clips import HumanClip
 from retarget.config import FeetConfig
 from retarget.targets.contacts import Contacts
 from retarget.targets.segment_frames import foot_frames
@@ -61,11 +61,12 @@ def foot_targets(
     )
 
 
-def contact_share(feet: FootTargets, fps: float, config: FeetConfig = FeetConfig()) -> Float[ndarray, "T 4"]:
+def contact_share(
+    touching: Bool[ndarray, "T 4"], fps: float, config: FeetConfig = FeetConfig()
+) -> Float[ndarray, "T 4"]:
     """Per edge 1 while it touches, falling smoothly to 0 when it does not: how firmly the solver shall hold it."""
-    share = np.zeros(feet.contact.shape)
-    for k in range(4):
-        held = feet.contact[:, k] != FREE
+    share = np.zeros(touching.shape)
+    for k, held in enumerate(touching.T):
         if held.any():
             share[:, k] = 1.0 - smoothstep(away_from(held) / (config.ease_s * fps + 1.0))
     return share

@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from clips import HumanClip
+from clips import GLIDING, HumanClip
 from retarget.config import RetargetConfig
 from retarget.targets.contacts import Contacts
 from retarget.targets.feet import FootTargets, flat_height, foot_targets
@@ -55,6 +55,11 @@ class Targets:
             limbs={k: v[frames] for k, v in self.limbs.items()},
             feet=feet,
         )
+
+    def gliding(self, edges: Bool[ndarray, "T 4"]) -> Targets:
+        """The same goals with some of the edges gliding over the floor."""
+        contact = np.where(edges, GLIDING, self.feet.contact)
+        return replace(self, feet=replace(self.feet, contact=contact))
 
 
 def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config: RetargetConfig) -> Targets:

@@ -1,7 +1,7 @@
 """Symmetric systems that are banded in time: dense within a frame, coupled to the three frames after it.
 
-Smoothness and limits couple only equal coordinates of neighbouring frames, so the band is 3 nv wide and one Cholesky
-factorisation costs time linear in the frames.
+Smoothness and limits couple equal coordinates of frames up to three apart, forces all coordinates of frames up to two
+apart, so the band is 3 nv wide and one Cholesky factorisation costs time linear in the frames.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import comb
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 HALF_BANDWIDTH = 3  # frames that one frame is coupled to
@@ -37,6 +37,13 @@ class BandedSystem:
         for i in range(order + 1):
             for j in range(i, order + 1):
                 self._band[i : i + count, part, (j - i) * nv] += c[i] * c[j] * weight
+
+    def add_coupling(self, frames: Int[ndarray, "F"], ahead: int, blocks: Float[ndarray, "F nv nv"]) -> None:
+        """Add to the blocks of frames t + ahead (rows) by t (columns), for every t in `frames`, which has each once."""
+        nv = self._band.shape[1]
+        for j in range(nv):
+            first = ahead * nv - j
+            self._band[frames, j, first : first + nv] += blocks[:, :, j]
 
     def solve(self, b: Float[ndarray, "T nv"]) -> Float[ndarray, "T nv"]:
         """x of A x = b; the system is spent afterwards.

@@ -24,3 +24,12 @@ def nearest(mask: Bool[ndarray, "T"]) -> Int[ndarray, "T"]:
 def away_from(mask: Bool[ndarray, "T"]) -> Int[ndarray, "T"]:
     """How many frames every frame is from the nearest one where the mask, true somewhere, is true."""
     return np.abs(np.arange(len(mask)) - nearest(mask))
+
+
+def close_gaps(mask: Bool[ndarray, "T"], shortest: int) -> Bool[ndarray, "T"]:
+    """The mask with gaps of fewer than `shortest` frames between two true runs filled."""
+    out = mask.copy()
+    for a, b in intervals_of(~mask):
+        if a > 0 and b < len(mask) and b - a < shortest:
+            out[a:b] = True
+    return out

@@ -123,7 +123,7 @@ def test_tampered_references_are_refused(groove, groove_file, tmp_path):
     names = np.array(groove.reference.joint_names)[::-1]
     with pytest.raises(ReferenceFileError, match="names or order"):
         load_reference(tampered(groove_file, out, joint_names=names), robot)
-    meta = str(np.load(groove_file)["meta"]).replace('"format_version": 1', '"format_version": 99')
+    meta = str(np.load(groove_file)["meta"]).replace('"format_version": 2', '"format_version": 99')
     with pytest.raises(ReferenceFileError, match="version 99"):
         load_reference(tampered(groove_file, out, meta=np.array(meta)), robot)
     meta = str(np.load(groove_file)["meta"]).replace(robot.hash, "0" * 64)

@@ -110,7 +110,7 @@ def of_arrays(a):
 
 def of_labels(a):
     """Contacts, segments and names."""
-    for value in (99, -1, 3, 127, 0.5, np.nan):
+    for value in (99, -1, 4, 127, 0.5, np.nan):
         yield f"contact {value}", {"contact": np.where(a["contact"] == 1, value, a["contact"])}
     rows = (
         [[0, 10**9, 0]],
@@ -131,7 +131,7 @@ def of_labels(a):
 METAS = {
     "robot": (..., 5, None, "x" * 10**6, "g1", "a\x1b[2J"),
     "robot_hash": (..., 5, "0" * 64),
-    "format_version": (..., 2, True, "1"),
+    "format_version": (..., 3, 0, True, "1"),
     "units": ("cm",), "quaternion_order": ("xyzw",), "world_frame": ("y up",),
     "report": ([], {"x": 5}, {"x": {}}),
     "source": ([], "x", {"file": "/dev/zero"}, {"file": "../../x"}, {"file": "x" * 5000}, {"file": 7}),

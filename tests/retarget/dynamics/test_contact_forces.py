@@ -95,7 +95,7 @@ def test_nonnegative_ridge_agrees_with_lawson_and_hanson(rng):
     target = given * rng.choice([0.01, 0.1, 1.0], size=(frames, 1)) + rng.normal(size=(frames, 6)) * np.array(
         [[0.0], [0.1], [5.0]]
     ).repeat(frames // 3, 0)
-    x, error = nonnegative_ridge(matrix, target, ridge)
+    x, _, error = nonnegative_ridge(matrix, target, ridge)
     assert error.max() < 1e-6 and (x >= 0.0).all()  # a line search that misses cycles in some of the 3000
     for t in range(0, frames, 50):
         on = matrix[t].any(axis=0)  # with columns of nothing but rounding, SciPy's answer is only good to 1e-3

@@ -1,0 +1,43 @@
+"""Edges that carry although they move: where weight is carried and nothing stands, the lowest of the feet do it."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray
+
+from clips import FREE
+from retarget.config import GlideConfig
+from retarget.dynamics.momentum_rate import momentum_rate
+from retarget.dynamics.support import carrying_points, layout_of, placed_points
+from robot_models import CONTACT_NAMES, RobotModel, kinematics
+from robot_models.maths import close_gaps
+
+
+def gliding_edges(
+    robot: RobotModel,
+    qpos: Float[ndarray, "T nq"],
+    contact: Int[ndarray, "T 4"],
+    fps: float,
+    config: GlideConfig = GlideConfig(),
+) -> Bool[ndarray, "T 4"]:
+    """Sole edges that have to carry in frames where none stands, for the body does not fall.
+
+    Args:
+        robot: the robot.
+        qpos: its motion.
+        contact: what the edges do so far.
+        fps: of the motion.
+        config: how low, and for how much weight.
+    """
+    kin = kinematics(robot, qpos)
+    demand = momentum_rate(kin, qpos, 1.0 / fps).demand
+    points, _ = placed_points(robot, kin.pos, kin.quat)
+    carried = demand.force_w[:, 2] > config.carried * demand.weight
+    alone = carried & ~carrying_points(robot, points, contact, fps).any(axis=1)
+    edge = np.array(layout_of(robot).edge)
+    height = np.stack([points[:, edge == k, 2].max(axis=1) for k in range(len(CONTACT_NAMES))], axis=1)
+    low = (height < height.min(axis=1, keepdims=True) + config.level) & (height < config.height)
+    glides = alone[:, None] & low & (contact == FREE)
+    shortest = max(1, round(config.gap_s * fps))
+    return np.stack([close_gaps(glides[:, k], shortest) for k in range(4)], axis=1) & (contact == FREE)
