@@ -124,7 +124,7 @@ class PhysicsConfig(_Checked):
     joints: int = 3  # of a frame that are looked at, the worst
     settled: float = 0.5  # a frame with a lower score is left as it is
     margin_s: float = 0.3  # moved on either side of one that is not [s]
-    stage: GridStage = GridStage(step_s=0.0, iterations=0, more_iterations=6, rounds=2, smooth_hz=3.22)
+    stage: GridStage = GridStage(step_s=0.0, iterations=0, more_iterations=10, rounds=2, smooth_hz=3.22)
 
 
 @dataclass(frozen=True, kw_only=True)

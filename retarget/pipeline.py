@@ -221,8 +221,9 @@ def solve(
     qpos = optimise(robot, objective, padded.qpos, config.fps, config.whole_clip, progress=progress)
     if not config.whole_clip.physics.weight:
         return qpos, padded
-    glides = gliding_edges(robot, qpos, padded.targets.feet.contact, config.fps, config.glides)
-    carried = replace(padded, targets=padded.targets.gliding(glides))
+    targets = padded.targets
+    glides = gliding_edges(robot, qpos, targets.feet.contact, targets.airborne, config.fps, config.glides)
+    carried = replace(padded, targets=targets.gliding(glides))
     objective = make_objective(robot, carried.targets, config.weights, near, pinned_near, config.feet)
     return make_possible(robot, objective, qpos, config.fps, config.whole_clip, progress=progress), carried
 

@@ -21,6 +21,6 @@ def own_targets(robot, qpos, contact=PLANTED, fps=50.0):
     )
     like = Targets(
         fps=fps, scale=1.0, pelvis_pos=pos[:, 0], pelvis_quat=quat[:, 0], torso_quat=quat[:, 0],
-        limbs=dict.fromkeys(LIMBS, pos[:, 0]), feet=feet,
+        limbs=dict.fromkeys(LIMBS, pos[:, 0]), feet=feet, airborne=np.zeros(frames, dtype=bool),
     )  # fmt: skip
     return targets_of(robot, qpos, feet, like)

@@ -1,4 +1,4 @@
-"""Edges that carry although they move: where weight is carried and nothing stands, the lowest of the feet do it."""
+"""Which edges carry although they move: where nothing stands and the body does not fall, the lowest of the feet hold it."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ def gliding_edges(
     robot: RobotModel,
     qpos: Float[ndarray, "T nq"],
     contact: Int[ndarray, "T 4"],
+    airborne: Bool[ndarray, "T"],
     fps: float,
     config: GlideConfig = GlideConfig(),
 ) -> Bool[ndarray, "T 4"]:
@@ -27,17 +28,19 @@ def gliding_edges(
         robot: the robot.
         qpos: its motion.
         contact: what the edges do so far.
+        airborne: frames of jumps.
         fps: of the motion.
         config: how low, and for how much weight.
     """
     kin = kinematics(robot, qpos)
     demand = momentum_rate(kin, qpos, 1.0 / fps).demand
+    lift = demand.force_w[:, 2] / demand.weight
     points, _ = placed_points(robot, kin.pos, kin.quat)
-    carried = demand.force_w[:, 2] > config.carried * demand.weight
-    alone = carried & ~carrying_points(robot, points, contact, fps).any(axis=1)
     edge = np.array(layout_of(robot).edge)
     height = np.stack([points[:, edge == k, 2].max(axis=1) for k in range(len(CONTACT_NAMES))], axis=1)
+    alone = ~carrying_points(robot, points, contact, fps).any(axis=1)
     low = (height < height.min(axis=1, keepdims=True) + config.level) & (height < config.height)
-    glides = alone[:, None] & low & (contact == FREE)
+    glides = (alone & (lift > config.carried))[:, None] & low & (contact == FREE)
     shortest = max(1, round(config.gap_s * fps))
-    return np.stack([close_gaps(glides[:, k], shortest) for k in range(4)], axis=1) & (contact == FREE)
+    closed = np.stack([close_gaps(glides[:, k], shortest) for k in range(4)], axis=1)
+    return closed & (contact == FREE) & ~airborne[:, None]

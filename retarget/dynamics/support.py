@@ -93,11 +93,18 @@ def placed_points(
 
 
 def carrying_points(
-    robot: RobotModel, pos_w: Float[ndarray, "T P 3"], contact: Int[ndarray, "T 4"], fps: float
+    robot: RobotModel,
+    pos_w: Float[ndarray, "T P 3"],
+    contact: Int[ndarray, "T 4"],
+    fps: float,
+    airborne: Bool[ndarray, "T"] | None = None,
 ) -> Bool[ndarray, "T P"]:
-    """Which sole points may carry force, on frames that follow one another: as `sole_points` says."""
+    """Which sole points may carry force, on frames that follow one another: as `sole_points` says; airborne ones by label alone."""
     height, speed = heights_and_speeds(pos_w, fps, 0.0)
-    touching = (contact[:, list(layout_of(robot).edge)] != FREE) | _RULES.carrying.holds(height, speed)
+    still = _RULES.carrying.holds(height, speed)
+    touching = (contact[:, list(layout_of(robot).edge)] != FREE) | (
+        still if airborne is None else still & ~airborne[:, None]
+    )
     near = touching.copy()
     near[1:] |= touching[:-1]
     near[:-1] |= touching[1:]

@@ -41,6 +41,7 @@ class FloorWrench:
         self,
         robot: RobotModel,
         contact: Int[ndarray, "T 4"],
+        airborne: Bool[ndarray, "T"],
         start: Float[ndarray, "T nq"],
         fps: float,
         config: PhysicsConfig,
@@ -48,7 +49,7 @@ class FloorWrench:
         self._robot, self._fps, self._config = robot, fps, config
         kin = kinematics(robot, start)
         # Where points carry is settled at the start: the motion shall not flee from what it lacks.
-        self._carries = carrying_points(robot, placed_points(robot, kin.pos, kin.quat)[0], contact, fps)
+        self._carries = carrying_points(robot, placed_points(robot, kin.pos, kin.quat)[0], contact, fps, airborne)
         self.score = np.zeros(len(start))  # how far every frame is from what can be [gates], as `Dynamics.score`
         self._held = np.zeros(len(start), dtype=bool)
         self._outwards = np.zeros((len(start), WRENCH))

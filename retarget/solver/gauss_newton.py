@@ -82,7 +82,9 @@ class _Descent:
         self._memory = band_memory(frames, robot.model.nv)
         self.qpos, self._last = np.array(start), np.array(start)
         self._moved = np.ones(frames, dtype=bool)  # in the last iteration
-        self._floor = None if physics is None else FloorWrench(robot, objective.contact, start, fps, physics)
+        self._floor = (
+            None if physics is None else FloorWrench(robot, objective.contact, objective.airborne, start, fps, physics)
+        )
         self.wanted = np.full(frames, np.inf)  # how far each frame wanted to go in its last iteration [rad or m]
 
     def active_frames(self, margin: int) -> Bool[ndarray, "T"]:

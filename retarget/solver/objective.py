@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from clips import FREE, GLIDING, PIVOTING
@@ -32,6 +32,7 @@ class Objective:
     roll_weight: Float[ndarray, "T 2"]
     posture_weight: Float[ndarray, "T J"]
     contact: Int[ndarray, "T 4"]  # of the edges
+    airborne: Bool[ndarray, "T"]  # frames of jumps, in which nothing carries
 
     def at(self, frames: Int[ndarray, "F"]) -> Objective:
         """The same goals on some of the frames."""
@@ -89,4 +90,5 @@ def make_objective(
         roll_weight=weights.swing_roll + in_contact * (weights.planted_roll - weights.swing_roll),
         posture_weight=posture_weight,
         contact=feet.contact,
+        airborne=targets.airborne,
     )

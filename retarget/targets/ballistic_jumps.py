@@ -27,16 +27,17 @@ def raise_jumps(targets: Targets, source: HumanClip, config: JumpConfig = JumpCo
         source: what they were made from, frame by frame.
         config: what a jump is.
     """
-    pelvis, feet = targets.pelvis_pos.copy(), targets.feet.pos.copy()
+    pelvis, feet, airborne = targets.pelvis_pos.copy(), targets.feet.pos.copy(), targets.airborne.copy()
     for a, b in jumps(targets.feet.contact, source, config):
         s = np.arange(1, b - a + 1) / (b - a + 1)  # 0 at the last touch before, 1 at the first after
         chord = pelvis[a - 1, 2] + s * (pelvis[b, 2] - pelvis[a - 1, 2])
         duration = (b - a + 1) / targets.fps
         raised = chord + 0.5 * GRAVITY * duration**2 * s * (1.0 - s) - pelvis[a:b, 2]
         pelvis[a:b, 2] += raised
+        airborne[a:b] = True
         ground = np.minimum(feet[a - 1, :, 2], feet[b, :, 2])
         feet[a:b, :, 2] = np.maximum(feet[a:b, :, 2] + raised[:, None], ground)
-    return replace(targets, pelvis_pos=pelvis, feet=replace(targets.feet, pos=feet))
+    return replace(targets, pelvis_pos=pelvis, feet=replace(targets.feet, pos=feet), airborne=airborne)
 
 
 def jumps(contact: Int[ndarray, "T 4"], source: HumanClip, config: JumpConfig = JumpConfig()) -> list[tuple[int, int]]:

@@ -69,6 +69,7 @@ def targets_of(robot: RobotModel, qpos: ndarray, feet: FootTargets, like: Target
         torso_quat=quat[:, place("torso")],
         limbs={(a, b): pos[:, place(b)] - pos[:, place(a)] for a, b in like.limbs},
         feet=feet,
+        airborne=np.zeros(len(qpos), dtype=bool),
     )
 
 

@@ -43,6 +43,7 @@ class Targets:
     torso_quat: Float[ndarray, "T 4"]
     limbs: Mapping[tuple[str, str], Float[ndarray, "T 3"]]  # (from, to) -> vector of the robot's length [m]
     feet: FootTargets
+    airborne: Bool[ndarray, "T"]  # frames of jumps, in which nothing carries
 
     def at(self, frames: Int[ndarray, "F"]) -> Targets:
         """The same goals on some of the frames."""
@@ -54,6 +55,7 @@ class Targets:
             torso_quat=self.torso_quat[frames],
             limbs={k: v[frames] for k, v in self.limbs.items()},
             feet=feet,
+            airborne=self.airborne[frames],
         )
 
     def gliding(self, edges: Bool[ndarray, "T 4"]) -> Targets:
@@ -90,6 +92,7 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
         torso_quat=rot.multiply(torso, np.broadcast_to(zero_quat[robot.landmark("torso")], torso.shape)),
         limbs=_limbs(clip, robot, zero_pos),
         feet=feet,
+        airborne=np.zeros(clip.frames, dtype=bool),
     )
 
 
@@ -105,6 +108,7 @@ def join(parts: Sequence[Targets]) -> Targets:
         pelvis_quat=rot.continuous(along(lambda p: p.pelvis_quat)),
         torso_quat=rot.continuous(along(lambda p: p.torso_quat)),
         limbs={k: np.concatenate([p.limbs[k] for p in parts]) for k in parts[0].limbs},
+        airborne=along(lambda p: p.airborne),
         feet=FootTargets(
             pos=along(lambda p: p.feet.pos),
             quat=rot.continuous(along(lambda p: p.feet.quat)),

@@ -23,7 +23,9 @@ def goals_with(posture, weight):
         weights=ObjectiveWeights(),
         pelvis_pos=np.zeros((frames, 3)), pelvis_quat=np.zeros((frames, 4)), torso_quat=np.zeros((frames, 4)),
         limbs=np.zeros((frames, 8, 3)), edges=np.zeros((frames, 4, 3)), foot_quat=np.zeros((frames, 2, 4)),
-        posture=posture, edge_weight=np.zeros((frames, 4, 3)), roll_weight=np.zeros((frames, 2)),
+        contact=np.zeros((frames, 4), dtype=int),
+        airborne=np.zeros(frames, dtype=bool), posture=posture,
+        edge_weight=np.zeros((frames, 4, 3)), roll_weight=np.zeros((frames, 2)),
         posture_weight=weight,
     )  # fmt: skip
 

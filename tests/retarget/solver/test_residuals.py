@@ -53,6 +53,8 @@ def goals_about(robot, qpos, rng, *, apart, turned):
         edges=middle + missed(4, 3),
         foot_quat=wanted[:, 2:],
         posture=np.zeros((count, len(robot.joint_names))),
+        contact=np.zeros((count, 4), dtype=int),
+        airborne=np.zeros(count, dtype=bool),
         edge_weight=rng.uniform(0.5, 1.5, (count, 4, 3)),
         roll_weight=rng.uniform(0.5, 1.5, (count, 2)),
         posture_weight=np.zeros((count, len(robot.joint_names))),
