@@ -22,7 +22,7 @@ from numpy import ndarray
 
 from clips import MetricKey, ReadOptions, RobotClip, cut, make_reference, read_clip, repair
 from clips.edit import recentre, resample
-from retarget import RetargetConfig, measure, retarget
+from retarget import RetargetConfig, dynamics_of, measure, retarget
 from retarget.targets import Targets, as_figure, find_contacts, make_targets
 from robot_models import FEET, RobotModel, load_robot
 
@@ -41,6 +41,8 @@ COLUMNS = {  # of the report, and their heads here
     MetricKey.AIRBORNE: "airborne %",
     MetricKey.AIRBORNE_SOURCE: "source's airborne %",
     MetricKey.LIMB_DIRECTION_ERROR: "limbs °",
+    MetricKey.IMPOSSIBLE_FRAMES: "impossible %",
+    MetricKey.TORQUE_SHARE: "torque p99",
 }
 
 
@@ -69,7 +71,7 @@ def compare(path: Path, robot: RobotModel, seconds: float, fps: float | None, re
     qpos, rate_b = timed(lambda: loop_b(robot, free), source.frames)
     segments = np.array([[0, source.frames, 0]])
     baseline = make_reference(robot, qpos, config.fps, contact=contacts.labels, segments=segments, meta={})
-    judged_b = {m.key: m for m in measure(baseline, robot, source, config.gates).metrics}
+    judged_b = {m.key: m for m in measure(baseline, robot, source, config.gates, dynamics_of(baseline, robot)).metrics}
     retarget(cut(clip, 0.0, 1.0), robot, config)  # imports
     ours, rate = timed(lambda: retarget(clip, robot, config), source.frames)
     judged = {m.key: m for m in ours.report.metrics}

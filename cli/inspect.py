@@ -44,7 +44,6 @@ def run(args: Arguments) -> int:
 
 def _verdict(args: Arguments, clip: Clip, no_rate: bool, rate: str, trouble: str) -> Verdict:
     """Whether it can be used, as it is; `rate` is the one that fits a file without any."""
-    rate_words = ("--fps", f"{args.file.fps:g}") if args.file.fps else ()
     whose = f"{clip.robot}'s joints" if not isinstance(clip, HumanClip) else "a person"
     length = f"{clip.frames} frames" if no_rate else f"{(clip.frames - 1) / clip.fps:.1f} s at {clip.fps:.6g} fps"
     known = f"{clip.source.file}: {clip.source.dialect}, {whose}, {length}"
@@ -63,19 +62,19 @@ def _verdict(args: Arguments, clip: Clip, no_rate: bool, rate: str, trouble: str
         line=known,
         doubts=tuple(doubtful),
         troubles=tuple(troubles),
-        steps=() if troubles else _next(args.clip, rate_words),
+        steps=() if troubles else _next(args.clip, args.file.words()),
         data={"source": asdict(clip.source), "frames": clip.frames, "fps": None if no_rate else clip.fps},
     )
 
 
-def _next(file: Path, rate_words: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+def _next(file: Path, stated: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """What a clip is brought to, and what a reference is good for."""
     if is_reference(file):
         return (
             (line("dance-play", file), "watch it"),
             (line("dance-train", "--ref", file), "a policy that dances it"),
         )
-    return ((line("dance-retarget", file, *rate_words), "bring it to a robot; --robot g1"),)
+    return ((line("dance-retarget", file, *stated), "bring it to a robot; --robot g1"),)
 
 
 def _mended(clip: Clip, strict: bool) -> tuple[Clip, str]:

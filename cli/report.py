@@ -55,7 +55,7 @@ def run(args: Arguments) -> int:
     if args.recording is not None:
         written = (args.recording,)
         _record(args.recording, judged)
-    return tell(_verdict(judged, written), args.tell, shown=[metrics_table(judged)])
+    return tell(_verdict(judged, written, args.file), args.tell, shown=[metrics_table(judged)])
 
 
 def _record(path: Path, judged: list[Judged]) -> None:
@@ -67,7 +67,7 @@ def _record(path: Path, judged: list[Judged]) -> None:
         save_comparison(path, {j.name: (j.result.robot, j.result.reference) for j in judged})
 
 
-def _verdict(judged: list[Judged], written: tuple[Path, ...]) -> Verdict:
+def _verdict(judged: list[Judged], written: tuple[Path, ...], options: FileOptions) -> Verdict:
     good = [j.name for j in judged if j.result.report.passed]
     first = judged[0]
     what = f"{first.clip.source.dialect}, {first.result.reference.duration_s:.1f} s for {first.result.robot.name}"
@@ -75,11 +75,13 @@ def _verdict(judged: list[Judged], written: tuple[Path, ...]) -> Verdict:
     if len(judged) == 1:
         said = f"{first.name} as it stands: {what}; {'every gate holds' if good else 'gates are missed'}"
         if good:
-            steps = ((line("dance-train", "--ref", first.path), "a policy that dances it as it stands"),)
+            steps = (
+                (line("dance-train", "--ref", first.path, *options.words()), "a policy that dances it as it stands"),
+            )
         else:
             steps = (
                 (
-                    line("dance-retarget", first.path, "--robot", first.result.robot.name),
+                    line("dance-retarget", first.path, "--robot", first.result.robot.name, *options.words()),
                     "the same motion, solved anew",
                 ),
             )

@@ -20,6 +20,7 @@ from cli.shell import as_toml, command, progress, some, tell
 from clips import at_speed, cut, read_clip, repair, save_reference
 from retarget import (
     Retargeted,
+    RetargetError,
     Transition,
     fit_to_dynamics,
     read_contacts,
@@ -63,17 +64,21 @@ def run(args: Arguments) -> int:
 def _read_all(args: Arguments) -> list[Danced]:
     """What is danced, in order."""
     parts = [_read(args.clip, args, *stretch) for stretch in stretches(args)]
-    return [*parts, *(_read(path, args) for path in args.then)] * args.loop
+    found = [part for part in (*parts, *(_read(path, args) for path in args.then)) if part is not None]
+    if not found:
+        raise RetargetError(f"--drop {' '.join(args.drop)}", found="nothing left", expected="something to dance")
+    return found * args.loop
 
 
-def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Danced:
+def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Danced | None:
     whole = read_clip(path, args.file.reading())
+    if start and args.drop and start >= (whole.frames - 1) / whole.fps:
+        return None  # what is dropped reaches beyond its end
     recorded = repair(cut(whole, start, end), strict=args.file.strict)
     clip = at_speed(recorded, args.speed)
     misses_s = max(0.0, end - whole.frames / whole.fps) if end is not None else 0.0
-    return Danced(
-        path=path, clip=mirrored(clip) if args.mirror else clip, fps=recorded.fps, start_s=start, misses_s=misses_s
-    )
+    danced = mirrored(clip) if args.mirror else clip
+    return Danced(path=path, clip=danced, recorded=recorded, fps=recorded.fps, start_s=start, misses_s=misses_s)
 
 
 def _retarget(

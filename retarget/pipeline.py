@@ -14,7 +14,18 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import Clip, HumanClip, OutputError, Reference, RobotClip, full_qpos, make_reference, repair, save_reference
+from clips import (
+    Clip,
+    HumanClip,
+    OutputError,
+    Reference,
+    RobotClip,
+    full_qpos,
+    make_reference,
+    read_clip,
+    repair,
+    save_reference,
+)
 from clips.edit import recentre, resample
 from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics, dynamics_of, gliding_edges
@@ -37,7 +48,7 @@ from retarget.targets import (
     pin_angles,
     raise_jumps,
 )
-from robot_models import RobotError, RobotModel
+from robot_models import RobotError, RobotModel, load_robot
 from robot_models.maths import Progress, one_blas_thread, silent
 
 
@@ -104,8 +115,8 @@ class Retargeted:
 
 @one_blas_thread()
 def retarget(
-    clip: Clip,
-    robot: RobotModel,
+    clip: Clip | Path | str,
+    robot: RobotModel | str,
     config: RetargetConfig | None = None,
     *,
     contacts: Sequence[ContactEdit] = (),
@@ -115,8 +126,8 @@ def retarget(
     """Bring a recorded motion to a robot.
 
     Args:
-        clip: a person's or a robot's motion.
-        robot: who shall perform it.
+        clip: a person's or a robot's motion, or a file that says everything about itself.
+        robot: who shall perform it, or its name.
         config: the numbers of every stage.
         contacts: touches that the user states; the rest is detected.
         keys: joint angles at some times of the dance (whole-clip solver only).
@@ -126,6 +137,8 @@ def retarget(
         DanceError: the clip cannot be used; a poor result is no error but stands in the report.
     """
     config = config or RetargetConfig()
+    clip = read_clip(clip) if isinstance(clip, Path | str) else clip
+    robot = load_robot(robot) if isinstance(robot, str) else robot
     if keys and config.solver != "whole-clip":
         raise RetargetError(
             f"key frames with solver {config.solver}", found=f"{len(keys)} key frames",

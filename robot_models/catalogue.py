@@ -31,7 +31,7 @@ def find_profile(name_or_path: str) -> RobotProfile:
     path = Path(name_or_path)
     if path.suffix in (".toml", ".urdf", ".xml", ".mjcf"):
         return read_profile(path.with_suffix(".toml"))
-    near = difflib.get_close_matches(name_or_path, robot_names(), n=1)
+    near = difflib.get_close_matches(name_or_path.lower(), robot_names(), n=1)
     raise RobotError(
         f"robot '{name_or_path}'",
         found="no built-in robot and no file of that name",

@@ -54,6 +54,8 @@ def named_teacher(asked: str) -> Path:
         raise TrackingError(
             f"teacher '{asked}'", found="no such file", expected=", ".join(known), option="teacher", suggestion=NOBODY
         )
-    if path.suffix == ".pt" and not zipfile.is_zipfile(path):
-        raise TrackingError(str(path), found="a file that is no teacher", expected="a teacher.pt as a run keeps it")
+    if path.suffix != ".onnx" and not zipfile.is_zipfile(path):
+        raise TrackingError(
+            str(path), found="a file that is no teacher", expected="a teacher.pt as a run keeps it, or a tracker's ONNX"
+        )
     return path

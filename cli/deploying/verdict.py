@@ -16,6 +16,7 @@ _BUSY = (
     "stale state",
     "late tick",
 )  # what a machine's load looks like
+_SILENT = ("silence", "frozen", "loss")  # faults that look like one
 
 
 def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
@@ -26,6 +27,7 @@ def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
         args: what was asked for.
     """
     stopped, bad, fell = numbers["stopped by"], numbers["messages with a bad CRC"], numbers.get("fell", False)
+    busy = stopped.startswith(_BUSY)
     wrong = [
         f"stopped by {stopped}; the robot was damped" if stopped != "nothing" else "",
         f"{bad} messages with a bad CRC" if bad else "",
@@ -33,7 +35,9 @@ def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
         "not every dance was finished" if numbers["dances finished"] < args.loops else "",
     ]
     troubles = tuple(Trouble(what=said) for said in wrong if said)
-    if args.rehearse and stopped.startswith(_BUSY):
+    if args.fault and not fell and not bad and stopped != "nothing" and (not busy or args.fault in _SILENT):
+        return _fault_verdict(stopped, numbers, args)
+    if args.rehearse and busy:
         before = f", before {args.fault} came of it" if args.fault else ""
         cure = (
             f"the machine was too busy for 50 commands a second{before}: close what runs beside it, and again",
@@ -59,5 +63,17 @@ def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
         troubles=troubles,
         written=written,
         steps=(look,) if args.rehearse else (),
+        data=dict(numbers),
+    )
+
+
+def _fault_verdict(stopped: str, numbers: Mapping[str, Any], args: Arguments) -> Verdict:
+    """The verdict on a fault that was noticed: that it ends the dance is what it was rehearsed for."""
+    return Verdict(
+        passed=True,
+        line=f"{args.bundle.name}, a rehearsal of {args.fault}: noticed, and the robot was damped",
+        numbers=(f"stopped by {stopped}", f"{numbers['dances finished']} of {args.loops} dances before"),
+        written=() if args.recording is None else (args.recording,),
+        steps=((line("rerun", args.recording), "look at it"),) if args.recording else (),
         data=dict(numbers),
     )

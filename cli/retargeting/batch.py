@@ -24,6 +24,10 @@ def is_batch(args: Arguments) -> bool:
 def retarget_all(args: Arguments) -> int:
     """Run the batch and print its table."""
     _check(args)
+    absent = [clip for clip in args.clips if not clip.exists() and not glob.has_magic(str(clip))]
+    if absent:
+        cure = "a name with spaces wants quotes" if len(args.clips) > 1 else ""
+        raise ClipError(" ".join(map(str, absent)), found="no such file", expected="files and folders", cure=cure)
     folder = args.out or Path("references")
     if folder.resolve() in [clip.resolve() for clip in args.clips]:
         raise OutputError(f"--out {folder}", found="the folder of the clips", expected="another: results are no clips")
@@ -49,7 +53,9 @@ def retarget_all(args: Arguments) -> int:
     finally:  # also of a batch that is stopped: what was done is told, and found again
         outcomes.sort(key=lambda o: (o.clip, o.robot))
         _save(table, outcomes)
-    return tell(batch_verdict(outcomes, table), args.tell, outcome_lines(outcomes), [outcome_table(outcomes)])
+    return tell(
+        batch_verdict(outcomes, table, args.file.words()), args.tell, outcome_lines(outcomes), [outcome_table(outcomes)]
+    )
 
 
 def _files(named: Path, folder: Path) -> list[Path]:

@@ -17,15 +17,20 @@ from retarget.workflows import Outcome
 _COLUMNS = (  # of the table on the screen: metric, heading, digits
     (MetricKey.PENETRATION, "floor mm", 1), (MetricKey.SELF_COLLISION, "self mm", 1),
     (MetricKey.LIMB_DIRECTION_ERROR, "limbs deg", 1), (MetricKey.SLIDE_WORST, "slide mm", 1),
-    (MetricKey.IMPOSSIBLE_FRAMES, "physics %", 0),
+    (MetricKey.IMPOSSIBLE_FRAMES, "impossible %", 0),
 )  # fmt: skip
 _NAMED = 4  # jobs that are named of each trouble
+_WORDS = {
+    "down-weight": "down-weight: inside its gates, but physics does not allow a tenth of its frames or more",
+    "quarantine": "quarantine: below a gate; written all the same",
+    "exclude": "exclude: refused; nothing written",
+}
 _HELP = "by itself it says what helps, and the batch keeps it"
 _STYLE = {"keep": "green", "down-weight": "yellow", "quarantine": "red", "exclude": "red"}
 
 
-def batch_verdict(outcomes: Sequence[Outcome], table: Path) -> Verdict:
-    """How many clips came to what, the commonest trouble first.
+def batch_verdict(outcomes: Sequence[Outcome], table: Path, stated: Sequence[str] = ()) -> Verdict:
+    """How many clips came to what, the commonest trouble first; `stated` of the files, as it was typed.
 
     Exit code: 0 every reference inside its gates; 1 some below one; 2 nothing but refusals; 3 refusals beside good ones.
     """
@@ -43,9 +48,12 @@ def batch_verdict(outcomes: Sequence[Outcome], table: Path) -> Verdict:
         passed=code == DONE,
         code=code,
         line=f"{len(outcomes)} references asked for: {said or 'none'}",
-        troubles=_troubles(outcomes),
+        troubles=_troubles(outcomes, stated),
         written=(table,),
-        notes=(f"{len(outcomes) - refused} references in {folder}",),
+        notes=(
+            f"{len(outcomes) - refused} references in {folder}",
+            *(_WORDS[v] for v in _STYLE if counts[v] and v in _WORDS),
+        ),
         steps=(
             (
                 line("dance-train", "--ref", folder, "-o", f"runs/{folder.name}", *which),
@@ -58,7 +66,7 @@ def batch_verdict(outcomes: Sequence[Outcome], table: Path) -> Verdict:
     )
 
 
-def _troubles(outcomes: Sequence[Outcome]) -> tuple[Trouble, ...]:
+def _troubles(outcomes: Sequence[Outcome], stated: Sequence[str]) -> tuple[Trouble, ...]:
     """What went wrong, the commonest first, where, and the commands that say what helps each."""
     where: dict[str, list[Outcome]] = {}
     for o in outcomes:
@@ -73,15 +81,15 @@ def _troubles(outcomes: Sequence[Outcome]) -> tuple[Trouble, ...]:
         troubles.append(
             Trouble(
                 what=f"{len(names)} x {what}: {', '.join(names[:_NAMED])}{', ...' if len(names) > _NAMED else ''}",
-                cures=tuple((_HELP, _alone(o)) for o in fresh),
+                cures=tuple((_HELP, _alone(o, stated)) for o in fresh),
             )
         )
     return tuple(troubles)
 
 
-def _alone(o: Outcome) -> str:
+def _alone(o: Outcome, stated: Sequence[str]) -> str:
     """The command that makes one reference anew; a batch leaves it as it then is."""
-    return line("dance-retarget", o.clip, "--robot", o.robot, "-o", o.reference)
+    return line("dance-retarget", o.clip, "--robot", o.robot, *stated, "-o", o.reference)
 
 
 def _name(o: Outcome) -> str:

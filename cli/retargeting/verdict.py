@@ -23,7 +23,8 @@ class Danced:
     """One dance of a reference: what was read, from where on."""
 
     path: Path
-    clip: Clip
+    clip: Clip  # as it is danced
+    recorded: Clip  # before it was slowed or mirrored
     fps: float  # of the file
     start_s: float = 0.0  # of the clip's file
     misses_s: float = 0.0  # of the stretch that was asked for, after the file's end
@@ -67,22 +68,12 @@ def verdict_of(
         notes=(
             *dict.fromkeys(_convention(d) for d in dances),
             *map(str, transitions),
-            *_clock(result)[: len(troubles)],
         ),
         doubts=tuple(dict.fromkeys(doubt for dance in dances for doubt in _doubts(dance))),
         troubles=troubles,
         written=tuple(written),
         steps=(*look, *(train if report.passed else ())),
         data={"robot": result.robot.name, "frames": reference.frames, "fps": reference.fps, "report": report.as_dict()},
-    )
-
-
-def _clock(result: Retargeted) -> tuple[str, ...]:
-    lead_s = result.reference.dance.start / result.reference.fps
-    return (
-        (f"seconds below count from the lead-in's start, {lead_s:.1f} s before the dance; commands count the clip's",)
-        if lead_s
-        else ()
     )
 
 
@@ -120,7 +111,7 @@ def _doubts(dance: Danced) -> list[str]:
     ]
     asked = [
         f"{check}{f'; {flag(check.option)} {check.suggestion} states it' if check.option else ''}"
-        for check in doubts(dance.clip)
+        for check in doubts(dance.recorded)
     ]
     shorter = [f"the clip ends {dance.misses_s:.1f} s before --end"] if dance.misses_s else []
     return [f"{dance.path.name}: {doubt}" for doubt in (*shorter, *assumed, *asked)]
@@ -133,7 +124,13 @@ def _trouble(diagnosis: Diagnosis, dances: Sequence[Danced], args: Arguments) ->
     )  # the clip's seconds are elsewhere
     alone = not edited
     cures = (_cure(cure, diagnosis, dance, args) for cure in diagnosis.cures if alone or not cure.stretches)
-    return Trouble(what=str(diagnosis), cures=tuple(c for c in cures if c is not None))
+    clip_s = dance.start_s + diagnosis.at_s * args.speed
+    where = (
+        f"; in {dance.path.name} that is second {clip_s:.1f}"
+        if diagnosis.metric.where and not args.fit_dynamics
+        else ""
+    )
+    return Trouble(what=f"{diagnosis}{where}", cures=tuple(c for c in cures if c is not None))
 
 
 def _without_echoes(troubles: Sequence[Trouble]) -> tuple[Trouble, ...]:
@@ -157,10 +154,8 @@ def _cure(cure: Cure, diagnosis: Diagnosis, dance: Danced, args: Arguments) -> t
         return "leave it out", again({"--drop": " ".join([*args.drop, *more])})
     if cure.help == "keep":
         (a, b), *_ = cure.stretches
-        return "keep the longest part that holds", again({"--start": f"{seconds(a):.1f}", "--end": f"{seconds(b):.1f}"})
+        return "keep the longest part without it", again({"--start": f"{seconds(a):.1f}", "--end": f"{seconds(b):.1f}"})
     if cure.help == "slower":
-        if metric.key is MetricKey.SELF_COLLISION:
-            return "slower, which often parts them", again({"--speed": f"{0.8 * args.speed:.2f}"})
         power = 0.5 if metric.key is MetricKey.ACCELERATION_SHARE else 1.0
         speed = args.speed * _EASE * (float(metric.limit or 1.0) / metric.value) ** power
         return ("slower", again({"--speed": f"{speed:.2f}"})) if speed < args.speed else None
@@ -175,10 +170,10 @@ def _cure(cure: Cure, diagnosis: Diagnosis, dance: Danced, args: Arguments) -> t
         }
         return "more time to get there and back", again(longer)
     if cure.help == "state contacts":
+        if args.contacts is not None:
+            return None
         said = "see what was taken for a touch, edit it, and give it back with --contacts"
         return said, again({"--write-contacts": "touches.csv"})
-    if cure.help == "other robot":
-        return ("another robot", again({"--robot": "dancer"})) if args.robot != "dancer" else None
     return "no option mends it: take another recording", ""
 
 

@@ -45,6 +45,19 @@ class FileOptions:
     strict: bool = False
     """Refuse a clip that needs any repair."""
 
+    def words(self) -> tuple[str, ...]:
+        """What was stated, as it is typed."""
+        plain = FileOptions()
+        told = {name: value for name, value in vars(self).items() if value != getattr(plain, name)}
+        return tuple(
+            word
+            for name, value in told.items()
+            for word in (
+                [f"--{'no-' * (value is False)}{name.replace('_', '-')}"]
+                + ([] if isinstance(value, bool) else [f"{value:g}" if isinstance(value, float) else str(value)])
+            )
+        )
+
     def reading(self) -> ReadOptions:
         """The same for the readers."""
         return ReadOptions(

@@ -19,11 +19,17 @@ def _without_budget(numbers: TrainConfig) -> TrainConfig:
     return replace(numbers, minutes=plain.minutes, steps=plain.steps, distillation=distillation)
 
 
+def who_taught(folder: Path) -> str:
+    """The teacher of a run, or nobody."""
+    told = folder / _TAUGHT_BY
+    return told.read_text(encoding="utf-8").strip() if told.is_file() else NOBODY
+
+
 def as_begun(args: Arguments, folder: Path) -> Arguments:
     """The arguments with the teacher and the settings that the run began with, where no others are stated."""
-    taught, settings = folder / _TAUGHT_BY, folder / _SETTINGS
-    if args.teacher == AUTO and taught.is_file():
-        args = replace(args, teacher=taught.read_text(encoding="utf-8").strip())
+    settings = folder / _SETTINGS
+    if args.teacher == AUTO and (folder / _TAUGHT_BY).is_file():
+        args = replace(args, teacher=who_taught(folder))
     return replace(args, config=settings) if args.config is None and settings.is_file() else args
 
 

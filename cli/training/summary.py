@@ -12,7 +12,8 @@ from rich.table import Table
 
 from cli.evaluating import outcome_line
 from cli.shell import GATE, Trouble, Verdict, line
-from tracking import LABELS
+from cli.training.beginning import who_taught
+from tracking import LABELS, NOBODY
 
 _HARDLY = 0.2  # share of rollouts that finish, below which more of the same is not the first thing to try
 
@@ -102,12 +103,13 @@ def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
         return Verdict(
             passed=False,
             line=f"{result.folder}: {result.stopped}, after {result.steps} steps",
-            notes=("saved; not judged since",),
+            notes=(_kept(result), "not judged since"),
             steps=((words, "go on"),),
         )
     last, name = result.outcome, min(result.evaluations, key=lambda n: result.evaluations[n].finished)
     worst = result.evaluations[name]
     passed = last["finished"] >= GATE
+    taught = who_taught(result.folder) != NOBODY
     recording, labels = result.folder / "training.rrd", result.folder / LABELS
     told = ("policy.onnx", "contract.json", "curves.csv", "checkpoint.pt", "training.rrd")
     which = f"{name}, the dance learnt least of {len(result.evaluations)}" if len(result.evaluations) > 1 else name
@@ -125,17 +127,24 @@ def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
             f"{result.steps} steps; {result.stopped}",
         ),
         notes=(f"{labels} ({labels.stat().st_size / 1e6:.0f} MB) is for --resume alone",) if labels.is_file() else (),
-        troubles=() if passed else (_below(last["finished"], words),),
+        troubles=() if passed else (_below(last["finished"], words, taught),),
         written=tuple(path for path in (result.folder / n for n in told) if path.exists()),
         steps=(*look, *(after if passed else after[:1])),
         data={"evaluations": {n: e.as_dict() for n, e in result.evaluations.items()}, "minutes": result.seconds / 60},
     )
 
 
-def _below(finished: float, words: str) -> Trouble:
+def _kept(result: Run) -> str:
+    """What a run that goes on begins with."""
+    again = f"; the {result.steps - result.saved} after it are done again" if 0 < result.saved < result.steps else ""
+    return f"saved at step {result.saved}{again}" if result.saved else "saved"
+
+
+def _below(finished: float, words: str, taught: bool) -> Trouble:
     cures = [("train on", words)]
     if finished < _HARDLY:
-        cures.append(("a real dance takes hours without a teacher: a shorter or slower part first, or --teacher", ""))
+        alone = "a real dance takes hours without a teacher: a shorter or slower part first, or a teacher (docs/trackers.md)"
+        cures.append(("its teacher may not dance this: a shorter or slower part first" if taught else alone, ""))
     return Trouble(what=f"below the gate of {100 * GATE:.0f} %", cures=tuple(cures))
 
 

@@ -16,9 +16,7 @@ from retarget.report.metric import Metric, Report, Where
 from retarget.targets import heel_toe_points
 from robot_models.maths import intervals_of
 
-Help = Literal[
-    "drop", "keep", "slower", "feet carry", "whole clip", "lead in", "state contacts", "other robot", "other recording"
-]
+Help = Literal["drop", "keep", "slower", "feet carry", "whole clip", "lead in", "state contacts", "other recording"]
 _RULES, _CONFIG = ReportConfig(), DiagnosisConfig()
 _SEGMENTS = {  # of a person, between two landmarks; and how far its skin is from that line [m]
     "thigh": ("hip", "knee", 0.08), "shin": ("knee", "ankle", 0.06), "foot": ("ankle", "ankle", 0.06),
@@ -44,6 +42,7 @@ class Diagnosis:
     what: str  # the moment: parts, depth, seconds of the reference
     why: str = ""  # what the recording has to do with it
     cures: tuple[Cure, ...] = ()  # the best first
+    at_s: float = 0.0  # the moment in that dance [s]
 
     def __str__(self) -> str:
         return f"{self.what}; {self.why}" if self.why else self.what
@@ -75,7 +74,7 @@ def _diagnose(
     if reference.meta.get("as_it_stands"):  # it is its own recording, and explains nothing
         cures = parting
     elif key is MetricKey.SELF_COLLISION:
-        why, cures = _of_segments(source, at, where.parts), [*parting, Cure(help="slower"), Cure(help="other robot")]
+        why, cures = _of_segments(source, at, where.parts), parting
     elif key is MetricKey.PENETRATION:
         why, cures = _of_height(source, at), parting
     elif key is MetricKey.SLIDE_WORST:
@@ -91,7 +90,9 @@ def _diagnose(
         cures = [Cure(help="whole clip"), Cure(help="slower")]
     if len(sources) > 1 and _outside(round(where.at_s * reference.fps), dance):
         why = "it happens in the steps that join two parts: cut a little earlier or later"
-    return Diagnosis(metric=metric, dance=k, what=_moment(metric, where), why=why, cures=tuple(cures))
+    return Diagnosis(
+        metric=metric, dance=k, what=_moment(metric, where), why=why, cures=tuple(cures), at_s=at / reference.fps
+    )
 
 
 def _dance_of(where: Where, reference: Reference, sources: Sequence[HumanClip]) -> int:
@@ -110,7 +111,7 @@ def _moment(metric: Metric, where: Where) -> str:
     at, number = f"at {where.at_s:.2f} s", f"{metric.value:.3g} {metric.unit}".strip()
     more = len(where.stretches) - 1
     others = f", and {more} more time{'s' * (more > 1)}" if more > 0 else ""
-    gate = f"gate {metric.limit:g}"
+    gate = f"allowed: {metric.limit:g}"
     if key is MetricKey.SELF_COLLISION and len(parts) == 2:
         return f"{parts[0]} in {parts[1]}, {number} deep ({gate}), {at}{others}"
     if key is MetricKey.PENETRATION:

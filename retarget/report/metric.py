@@ -83,6 +83,15 @@ class Report:
     metrics: tuple[Metric, ...]
     series: Mapping[str, Float[ndarray, "T ..."]]
 
+    def __str__(self) -> str:
+        """Every number, a line each, with its gate."""
+        gates = (
+            "" if m.limit is None else f" (allowed: {m.limit:g}{'' if m.passed else ', missed'})" for m in self.metrics
+        )
+        return "\n".join(
+            f"{m.label}: {m.value:.4g} {m.unit}".rstrip() + g for m, g in zip(self.metrics, gates, strict=True)
+        )
+
     def __repr__(self) -> str:
         missed = ", ".join(m.label for m in self.failures)
         return f"Report({f'missed: {missed}' if missed else 'every gate holds'})"

@@ -75,12 +75,14 @@ def read_keys(path: Path) -> list[KeyFrame]:
 
 
 def write_contacts(contacts: Contacts, fps: float, path: Path) -> None:
-    """Write the touches as a CSV that `read_contacts` reads: the detected ones, to be edited."""
-    lines = [",".join(_CONTACT_COLUMNS)]
-    for k, edge in enumerate(CONTACT_NAMES):
-        for kind, number in KINDS.items():
-            for a, b in intervals_of(contacts.labels[:, k] == number):
-                lines.append(f"{a / fps:.3f},{b / fps:.3f},{edge},{kind}")
+    """Write the touches as a CSV that `read_contacts` reads, in order of time: the detected ones, to be edited."""
+    rows = [
+        (a, k, f"{a / fps:.3f},{b / fps:.3f},{edge},{kind}")
+        for k, edge in enumerate(CONTACT_NAMES)
+        for kind, number in KINDS.items()
+        for a, b in intervals_of(contacts.labels[:, k] == number)
+    ]
+    lines = [",".join(_CONTACT_COLUMNS), *(row for *_, row in sorted(rows))]
     with write_whole(path) as stream:
         stream.write(("\n".join(lines) + "\n").encode())
 

@@ -230,7 +230,7 @@ def _earlier(job: Job) -> Outcome | None:
 
 def _by_hand(job: Job, before: Outcome) -> Outcome:
     """The outcome of a reference that somebody has put in the place of the batch's since: it is theirs, and stays."""
-    reference = load_reference(job.out)
+    reference = load_reference(job.out, load_robot(job.robot))
     return Outcome(
         clip=before.clip, robot=before.robot, key="", skipped=True, reference=str(job.out),
         verdict="quarantine" if reference.failed_gates else "keep",

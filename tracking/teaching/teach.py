@@ -46,7 +46,7 @@ from tracking.training import (
 
 FORMAT_VERSION = 1
 
-_SAVE_EVERY = 200_000  # labels between two checkpoints, at most: one to three minutes; counted, so that runs repeat
+_SAVE_EVERY = 100_000  # labels between two checkpoints, at most: a minute or two; counted, so that runs repeat
 
 
 def teach(
@@ -254,6 +254,7 @@ def _save(run: Run, lesson: Distillation, config: TrainConfig, pieces: Sequence[
     if run.curves:
         write_curves(run.folder / CURVES, run.curves)
     lesson.begin_anew()
+    run.saved = run.steps
 
 
 def _restore(run: Run, lesson: Distillation, pieces: Sequence[NamedReference]) -> None:

@@ -127,6 +127,7 @@ def _judge(
 def _save(run: Run, trainer: Trainer, config: TrainConfig, sha: str) -> None:
     progress = {"steps": run.steps, "seconds": run.seconds, "curves": run.curves}
     save_checkpoint(run.folder / CHECKPOINT, trainer, config, sha, progress)
+    run.saved = run.steps
     if run.curves and trainer.team.is_leader:
         write_curves(run.folder / CURVES, run.curves)
 

@@ -32,6 +32,7 @@ class Run:
     kept: dict[str, float] = field(default_factory=dict)  # the row of the policy that was kept, where not the last
     onnx_difference: float = math.nan
     stopped: str = ""
+    saved: int = 0  # the step that a resumed run goes on from
 
     def evaluate(
         self, policy: Policy, robot: RobotModel, pieces: Sequence[NamedReference], config: TrainConfig
