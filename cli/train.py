@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cli.judging import as_references
-from cli.shell import DONE, GATE, REFUSED, command, progress, tell
+from cli.shell import DONE, GATE, REFUSED, command, line, progress, tell
 from cli.training import (
     Arguments,
     as_begun,
@@ -19,6 +19,7 @@ from cli.training import (
     run_details,
     run_verdict,
 )
+from clips import is_reference
 from robot_models.maths import silent
 from tracking import TrackingError
 
@@ -90,7 +91,9 @@ def _check(args: Arguments, chosen: Selection, refs: list[Path]) -> int:
 
     found = {p.name: check_reference(p.reference, chosen.robot, threads=args.threads) for p in chosen.pieces}
     tables = [detail for name, check in found.items() for detail in (name, check_table(check))]
-    return tell(check_verdict(found, refs), args.tell, tables)
+    others = [ref for ref in args.ref if ref.is_file() and not is_reference(ref)]
+    solve = [line("dance-retarget", ref, "--robot", chosen.robot.name, *args.file.words()) for ref in others]
+    return tell(check_verdict(found, refs, solve), args.tell, tables)
 
 
 def _teacher(args: Arguments, chosen: Selection, together: bool) -> Path | None:

@@ -16,7 +16,12 @@ _BUSY = (
     "stale state",
     "late tick",
 )  # what a machine's load looks like
-_SILENT = ("silence", "frozen", "loss")  # faults that look like one
+_NOTICED = {  # what each fault is stopped for, where it is not for its own name
+    "tilt": ("tilt", "falling", "lean"), "lean": ("lean", "falling"), "fall": ("falling", "lean"),
+    "speed": ("joint speed",), "position": ("joint position", "joint speed"), "not-a-number": ("corrupt state",),
+    "no-quaternion": ("corrupt state",), "silence": ("stale state", "lost states"),
+    "frozen": ("stale state", "lost states"), "loss": ("lost states", "stale state"), "remote": ("stopped by the remote",),
+}  # fmt: skip
 
 
 def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
@@ -35,7 +40,7 @@ def performance_verdict(numbers: Mapping[str, Any], args: Arguments) -> Verdict:
         "not every dance was finished" if numbers["dances finished"] < args.loops else "",
     ]
     troubles = tuple(Trouble(what=said) for said in wrong if said)
-    if args.fault and not fell and not bad and stopped != "nothing" and (not busy or args.fault in _SILENT):
+    if args.fault and not bad and stopped.startswith(_NOTICED.get(args.fault, (args.fault,))):
         return _fault_verdict(stopped, numbers, args)
     if args.rehearse and busy:
         before = f", before {args.fault} came of it" if args.fault else ""

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from tracking.task import Selection
 
 
-def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path]) -> Verdict:
-    """Whether references are worth training on; the worst of them decides."""
+def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path], solve: Sequence[str] = ()) -> Verdict:
+    """Whether references are worth training on; the worst of them decides. `solve`: commands that solve other tools' anew."""
     bad = {name: check for name, check in found.items() if not check.passed}
     name, worst = min((bad or found).items(), key=lambda pair: pair[1].survived_s)
     state = (
@@ -34,6 +34,7 @@ def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path]) ->
         else "not worth training on"
     )
     hopeless = any(check.failed_gates for check in bad.values())
+    first = tuple(("solve it anew first", command) for command in solve)
     anyway = (("train on it all the same", line("dance-train", "--ref", *files, "--anyway")),) if hopeless else ()
     return Verdict(
         passed=not bad,
@@ -43,7 +44,7 @@ def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path]) ->
             f"the first pose sinks {1e3 * worst.settles_m:.0f} mm in a second",
             f"zero action survives {worst.survived_s:.1f} s",
         ),
-        troubles=tuple(Trouble(what=f"{name}: {_why(check)}", cures=anyway) for name, check in bad.items()),
+        troubles=tuple(Trouble(what=f"{name}: {_why(check)}", cures=(*first, *anyway)) for name, check in bad.items()),
         steps=() if hopeless else ((line("dance-train", "--ref", *files), "a policy that dances it"),),
         data={"checks": {name: asdict(check) for name, check in found.items()}},
     )  # fmt: skip

@@ -26,7 +26,6 @@ def test_a_dance_to_its_end_passes():
         ("no command for 71 ms", True),
         ("the keeper hung for 60 ms", True),
         ("falling: 0.84 rad", False),
-        ("battery: 38.0 V", False),
     ],
 )
 def test_a_busy_machine_is_told_from_a_policy_that_falls(stopped, busy):
@@ -40,3 +39,20 @@ def test_a_busy_machine_is_told_from_a_policy_that_falls(stopped, busy):
             "before battery came of it" in cures[0][0]
             and cures[0][1] == "dance-deploy groove-g1 --rehearse --fault battery"
         )
+
+
+@pytest.mark.parametrize(
+    ("fault", "stopped"),
+    [
+        ("battery", "battery: 38.0 V"),
+        ("loss", "lost states: 349 of 502 in a second came in"),
+        ("tilt", "tilt: 1.10 rad"),
+    ],
+)
+def test_a_fault_that_is_noticed_is_what_was_rehearsed(fault, stopped):
+    remember("dance-deploy", ["groove-g1", "--rehearse", "--fault", fault])
+    args = Arguments(bundle=Path("groove-g1"), rehearse=True, fault=fault)
+    verdict = performance_verdict(numbers(stopped, 0), args)
+    assert verdict.passed and fault in verdict.line and stopped in verdict.numbers[0]
+    plain = performance_verdict(numbers(stopped, 0), Arguments(bundle=Path("groove-g1"), rehearse=True))
+    assert not plain.passed  # without a fault asked for it is one
