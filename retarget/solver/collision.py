@@ -52,6 +52,7 @@ class Clearance:
         self._rows = _rows(places, kin)
         self._spring = spring  # per metre: half of its square is the energy
         self._active = places.gap < wanted
+        self.parted = np.unique(self._frame[(places.gap < 0.0) & (places.first != WORLD) & (places.second != WORLD)])
         self.missed = self._frame[:0]  # frames that the last step brings too near, for nothing held them yet
 
     def add_to(self, blocks: Float[ndarray, "T nv nv"], gradient: Float[ndarray, "T nv"]) -> None:

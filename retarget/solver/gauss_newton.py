@@ -88,14 +88,25 @@ class _Descent:
         self.wanted = np.full(frames, np.inf)  # how far each frame wanted to go in its last iteration [rad or m]
 
     def active_frames(self, margin: int) -> Bool[ndarray, "T"]:
-        """Frames that still move, or that have not been solved and miss something that must hold, and those around."""
-        if self._floor is not None:
-            beyond = self._floor.beyond(self.qpos, self._moved)
-            wild = np.isfinite(self._before) & (self.wanted > self._config.settled)
-            return beyond | dilate(wild | self._violates_limits(), margin)
+        """Frames that still move, or that miss something that must hold, and those around."""
         if np.isinf(self.wanted).all():
-            self.wanted = np.where(self._missed_requirements(), np.inf, 0.0)
-        return dilate((self.wanted > self._config.settled) | self._violates_limits(), margin)
+            self.wanted = (
+                np.where(self._missed_requirements(), np.inf, 0.0) if self._floor is None else 0.0 * self._damping
+            )
+        active = dilate((self.wanted > self._config.settled) | self._violates_limits(), margin)
+        if self._floor is not None:
+            active |= self._floor.beyond(self.qpos, self._moved) | dilate(self._crowded(self._moved), margin)
+        return active
+
+    def _crowded(self, looked_at: Bool[ndarray, "T"]) -> ndarray:
+        """Of some frames those in which surfaces are too near each other."""
+        out = np.zeros(len(self.qpos), dtype=bool)
+        frames = np.flatnonzero(looked_at)
+        if self._proximity is not None:
+            qpos = self.qpos[frames]
+            places, wanted, _ = _near_places(qpos, kinematics(self._robot, qpos), self._proximity, self._config)
+            out[frames[places.frame[too_near(places.gap, wanted)]]] = True
+        return out
 
     def _missed_requirements(self) -> ndarray:
         kin = kinematics(self._robot, self.qpos)
@@ -103,10 +114,7 @@ class _Descent:
         missed = _squared(residual[:, body_rows:]) > self._config.feet_off
         pinned = self._objective.posture_weight == self._objective.weights.pin
         missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._objective.posture) > self._config.pin_off)).any(axis=1)
-        if self._proximity is not None:
-            places, wanted, _ = _near_places(self.qpos, kin, self._proximity, self._config)
-            missed[places.frame[too_near(places.gap, wanted)]] = True
-        return missed
+        return missed | self._crowded(np.ones(len(missed), dtype=bool))
 
     def _violates_limits(self) -> ndarray:
         """Frames beyond a joint limit."""
@@ -150,6 +158,9 @@ class _Descent:
         self.wanted[frames] = wanted
         if clearance is not None:
             self.wanted[frames[clearance.missed]] = np.inf
+            # What was parted is no longer near enough to be watched, and shall not leap back: small steps from here on.
+            parted = frames[clearance.parted]
+            self._damping[parted] = np.maximum(self._damping[parted], config.parted_damping)
         self._before[frames] = _squared(residual) + lacking
         self._predicted[frames] = _squared(residual + (jacobian @ step[..., None])[..., 0])
         if rows is not None and self._floor is not None:

@@ -107,7 +107,8 @@ def constrained_step(
         changed = sum(b.update(joints + step[:, 6:]) for b in limits)
         changed += 0 if clearance is None else clearance.update(step)
         changed += 0 if physics is None else physics.update(step)
-        if changed <= len(joints) // 200:  # the rest is left to the next iteration
+        # Few changes are left to the next iteration, but not a collision: it would be parted there, and come back.
+        if changed <= len(joints) // 200 and (clearance is None or not len(clearance.missed)):
             break
     return step
 
