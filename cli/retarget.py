@@ -17,7 +17,8 @@ from cli.retargeting import (
     verdict_of,
 )
 from cli.shell import as_toml, command, progress, some, tell
-from clips import at_speed, cut, read_clip, repair, save_reference
+from clips import Clip, at_speed, cut, read_clip, repair, save_reference
+from clips.checks import Check, check_sway, doubts
 from retarget import (
     Retargeted,
     RetargetError,
@@ -78,7 +79,16 @@ def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = N
     clip = at_speed(recorded, args.speed)
     misses_s = max(0.0, end - whole.frames / whole.fps) if end is not None else 0.0
     danced = mirrored(clip) if args.mirror else clip
-    return Danced(path=path, clip=danced, recorded=recorded, fps=recorded.fps, start_s=start, misses_s=misses_s)
+    return Danced(
+        path=path, clip=danced, doubts=_doubts(whole, recorded), fps=recorded.fps, start_s=start, misses_s=misses_s
+    )
+
+
+def _doubts(whole: Clip, danced: Clip) -> tuple[Check, ...]:
+    """Of what is danced; of the rate the whole recording knows more."""
+    rate = check_sway(whole)
+    others = [check for check in doubts(danced) if check.what != rate.what]
+    return (*others, *([rate] if rate.verdict == "doubtful" else []))
 
 
 def _retarget(

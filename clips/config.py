@@ -97,7 +97,6 @@ class SwayConfig:
     upright: float = 0.9  # share of upright frames, below which a recording is of something else
     shortest: int = 4  # frames of one stand
     frames: int = 50  # of all stands together, from which on they tell something
-    doubt_s: float = 3.0  # of all stands together, from which on a stated rate is doubted [s]
     together: float = 0.2  # least correlation of distance and acceleration
     at_truth: float = 0.83  # ratio at the true rate
     clear: float = (

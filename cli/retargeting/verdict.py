@@ -10,7 +10,7 @@ from pathlib import Path
 from cli.retargeting.arguments import Arguments
 from cli.shell import Trouble, Verdict, again, flag, line
 from clips import Clip, MetricKey
-from clips.checks import doubts
+from clips.checks import Check
 from retarget import Cure, Diagnosis, Report, Retargeted, Transition, flight_fit, hardest_stretches
 
 _OFF_FLIGHT_M = 0.03  # of a flight's rise from gravity's that is worth a line
@@ -24,7 +24,7 @@ class Danced:
 
     path: Path
     clip: Clip  # as it is danced
-    recorded: Clip  # before it was slowed or mirrored
+    doubts: tuple[Check, ...]  # of the recording, before it was slowed or mirrored
     fps: float  # of the file
     start_s: float = 0.0  # of the clip's file
     misses_s: float = 0.0  # of the stretch that was asked for, after the file's end
@@ -111,7 +111,7 @@ def _doubts(dance: Danced) -> list[str]:
     ]
     asked = [
         f"{check}{f'; {flag(check.option)} {check.suggestion} states it' if check.option else ''}"
-        for check in doubts(dance.recorded)
+        for check in dance.doubts
     ]
     shorter = [f"the clip ends {dance.misses_s:.1f} s before --end"] if dance.misses_s else []
     return [f"{dance.path.name}: {doubt}" for doubt in (*shorter, *assumed, *asked)]

@@ -26,7 +26,7 @@ def check_sway(clip: Clip) -> Check:
     """The rate at which the body sways as bodies do, against the clip's: told where another fits and its own does not."""
     least, most = SWAY.at_truth / SWAY.clear, SWAY.at_truth * SWAY.clear
     limit = f"{least:.1f} to {most:.1f}"
-    ratio = sway_ratio(clip, max(SWAY.frames, round(SWAY.doubt_s * clip.fps)))
+    ratio = sway_ratio(clip)
     if ratio is None:
         return Check(what=_WHAT, value="it does not say", limit=limit, verdict="cannot tell")
     value = f"{ratio:.1f} times as fast"
@@ -39,13 +39,12 @@ def check_sway(clip: Clip) -> Check:
     return Check(what=_WHAT, value=value, limit=limit, verdict="doubtful", option="fps", suggestion=f"{rate:.4g}")
 
 
-def sway_ratio(clip: Clip, least: int = SWAY.frames) -> float | None:
+def sway_ratio(clip: Clip) -> float | None:
     """How many times faster than its frame rate says the body sways; about 0.83 at the true rate, None if it tells nothing.
 
     Over one standing foot the trunk is a pendulum on its head: its horizontal acceleration is g/h of its distance from the
     pressure under the foot (Kajita & Tani 1991). Both are compared as root mean squares, with the foot's middle for the
-    pressure, which is why it is below one. Accelerations grow with the square of the rate, distances do not. `least`: frames of all
-    stands together, from which on they tell something.
+    pressure, which is why it is below one. Accelerations grow with the square of the rate, distances do not.
     """
     feet = foot_points(clip)
     points = feet.points
@@ -66,7 +65,7 @@ def sway_ratio(clip: Clip, least: int = SWAY.frames) -> float | None:
             if b - a >= SWAY.shortest:
                 off.append((way - middle)[a:b])
                 pulled.append(pull[a:b])
-    if sum(map(len, off)) < least:
+    if sum(map(len, off)) < SWAY.frames:
         return None
     return _ratio(
         np.concatenate(off).ravel(), np.concatenate(pulled).ravel(), float(np.median(trunk[:, 2]) - floor.min())
