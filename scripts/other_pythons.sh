@@ -25,8 +25,11 @@ for python in "${found[@]}"; do
   room=$(mktemp -d)
   trap 'rm -rf "$room"' EXIT
   "$python" -m venv "$room"
-  "$room/bin/python" -m pip --disable-pip-version-check -q install -c tested-versions.txt "${wheel[0]}[robots,c3d]" \
-    pytest beartype hypothesis PyYAML packaging
+  if ! "$room/bin/python" -m pip --disable-pip-version-check -q install -c tested-versions.txt "${wheel[0]}[robots,c3d]" \
+    pytest beartype hypothesis PyYAML packaging; then
+    echo "its packages cannot be had here: not tested (make wheels says what the index has)"
+    continue
+  fi
   "$room/bin/python" -m pytest -q -p no:cacheprovider tests/robot_models tests/clips tests/retarget tests/cli/test_doctor.py
   rm -rf "$room"
 done

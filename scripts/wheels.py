@@ -53,7 +53,7 @@ def main() -> int:
     try:
         with ThreadPoolExecutor(8) as pool:
             files = dict(zip(pins, pool.map(lambda name: _files(args.index, name, pins[name]), pins), strict=True))
-    except OSError as e:
+    except (OSError, ValueError) as e:  # nobody there, or no index that answers in JSON
         sys.stdout.write(f"not checked: {args.index} does not answer ({e})\n")
         return 0
     gaps = 0
