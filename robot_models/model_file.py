@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robot_models.errors import RobotError
-from robot_models.incoming import MAX_BODIES, MAX_ELEMENTS, MAX_MODEL, read_text, refusal_of_child
+from robot_models.incoming import MAX_BODIES, MAX_ELEMENTS, MAX_MODEL, printable, read_text, refusal_of_child
 from robot_models.profile import RobotProfile, Source
 
 if TYPE_CHECKING:
@@ -123,6 +123,13 @@ def _try_in_child(path: Path, tree: ET.Element) -> None:
     """
     for element in tree.iter():
         for key, value in element.attrib.items():
+            urdf_mesh = tree.tag == "robot" and element.tag == "mesh"  # left out before MuJoCo sees it
+            if (
+                "%" in value and not urdf_mesh
+            ):  # MuJoCo 4.0 prints what it complains of as a format: %n ends the process, %s reads its memory
+                raise RobotError(
+                    f"{path}, {element.tag} {key}", found=printable(value[:60]), expected="no per cent sign"
+                )
             if key != "name" and _NO_NUMBER.search(value):
                 raise RobotError(f"{path}, {element.tag} {key}", found=value[:60], expected="finite numbers")
     tags = [element.tag for element in tree.iter()]

@@ -39,6 +39,7 @@ FILES = {
     "elements without end": mjcf("<geom size='0.1'/>" * 30_000),
     "no number": mjcf(BODY.replace("size='0.1'", "size='nan'")),
     "no end": mjcf(BODY.replace("size='0.1'", "size='0.1 inf 0.1'")),
+    "a name that is a format": mjcf(BODY.replace("<geom ", "<geom class='a%nb' ", 1)),
     "an include of nothing": "<mujoco><include file='nowhere.xml'/></mujoco>",
     "an include of itself": "<mujoco><include file='r.xml'/></mujoco>",
 }  # fmt: skip
