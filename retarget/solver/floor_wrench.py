@@ -129,8 +129,8 @@ class FloorWrench:
         """The moment about the CoM that contact forces lose as their points move, per unit of every coordinate [N m]."""
         bodies, pos = list(state.points.body), state.points.pos_w[at]
         some = replace(kin, pos=kin.pos[at], quat=kin.quat[at], screws=kin.screws[at])
-        moves = some.derivatives(np.repeat(bodies, 3), forces(pos).reshape(len(at), -1, 6))
-        moves = moves.reshape(len(at), len(bodies), 3, -1)
+        moves = some.derivatives(np.repeat(bodies, 3), forces(pos).reshape(len(at), 3 * len(bodies), 6))
+        moves = moves.reshape(len(at), len(bodies), 3, moves.shape[2])
         force = state.cone.at(at).forces(state.share[at])
         moment = (skew(force) @ moves).sum(axis=1)
         return np.concatenate((moment, np.zeros_like(moment)), axis=1)

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from conftest import SAMPLES
+from standing import standing
 
 from clips import FREE, GLIDING, HumanClip, cut, read_clip
 from retarget import RetargetConfig, dynamics_of, retarget
@@ -73,6 +74,17 @@ def test_rows_have_the_derivatives_of_small_steps(hurried, dancer, rng):
     assert len(both) > 20
     off = np.linalg.norm(true - told, axis=1) / np.linalg.norm(true, axis=1)
     assert np.median(off) < 0.03 and np.percentile(off, 80) < 0.15
+
+
+def test_a_motion_that_lacks_nothing_has_no_rows(dancer):
+    qpos = standing(dancer, 12)
+    floor = FloorWrench(dancer, np.ones((12, 4), dtype=int), np.zeros(12, dtype=bool), qpos, 50.0, PLAIN)
+    rows = floor.rows(np.arange(12), kinematics(dancer, qpos), qpos)
+    blocks, gradient = np.tile(np.eye(dancer.model.nv), (12, 1, 1)), np.zeros((12, dancer.model.nv))
+    rows.add_to(blocks, gradient)
+    rows.couple(BandedSystem(blocks))
+    floor.remember(np.arange(12), rows)
+    assert not len(rows.frames) and not gradient.any() and not rows.squared(12).any() and not rows.update(gradient)
 
 
 def rows_with(residual, by, outwards=None):
