@@ -1,11 +1,15 @@
 """What every command shares: refusals in two lines, and a line to try that the command understands."""
 
 import shlex
+import signal
+import subprocess
+import sys
 from dataclasses import dataclass, field
 from typing import Annotated
 
 import pytest
 import tyro
+from conftest import ROOT
 
 from cli.shell.options import FileOptions
 from cli.shell.terminal import command, option_names
@@ -66,3 +70,11 @@ def test_an_interruption_ends_with_its_own_code(capsys):
 
     assert command(Arguments, body, name="dance-x", argv=[]) == 130
     assert capsys.readouterr().err == "stopped\n"
+
+
+def test_who_stops_a_command_while_it_imports_is_told_in_a_word():
+    program = "import cli, os, signal; os.kill(os.getpid(), signal.SIGINT); import time; time.sleep(5)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
+    assert done.stderr == "stopped\n" and done.returncode in (130, -signal.SIGINT)
+    broken = subprocess.run([sys.executable, "-c", "import cli; 1 / 0"], capture_output=True, text=True, cwd=ROOT)
+    assert "ZeroDivisionError" in broken.stderr and "Traceback" in broken.stderr
