@@ -47,16 +47,15 @@ class FileOptions:
 
     def words(self) -> tuple[str, ...]:
         """What was stated, as it is typed."""
-        plain = FileOptions()
-        told = {name: value for name, value in vars(self).items() if value != getattr(plain, name)}
-        return tuple(
-            word
-            for name, value in told.items()
-            for word in (
-                [f"--{'no-' * (value is False)}{name.replace('_', '-')}"]
-                + ([] if isinstance(value, bool) else [f"{value:g}" if isinstance(value, float) else str(value)])
-            )
-        )
+        words = list[str]()
+        for name, value in vars(self).items():
+            if value == getattr(FileOptions, name):
+                continue
+            flag = name.replace("_", "-")
+            words += [f"--no-{flag}"] if value is False else [f"--{flag}"]
+            if not isinstance(value, bool):
+                words.append(f"{value:g}" if isinstance(value, float) else str(value))
+        return tuple(words)
 
     def reading(self) -> ReadOptions:
         """The same for the readers."""

@@ -137,8 +137,8 @@ def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
 
 def _kept(result: Run) -> str:
     """What a run that goes on begins with."""
-    again = f"; the {result.steps - result.saved} after it are done again" if 0 < result.saved < result.steps else ""
-    return f"saved at step {result.saved}{again}" if result.saved else "saved"
+    lost = result.steps - result.saved
+    return f"saved at step {result.saved}" + (f"; the {lost} steps after it are done again" if lost > 0 else "")
 
 
 def _below(finished: float, words: str, taught: bool) -> Trouble:

@@ -7,7 +7,7 @@ contacts have to give (Featherstone 2008, section 2.14). About the world's origi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -38,7 +38,7 @@ class MomentumRate:
         middle = 0.5 * (matrix[1:] + matrix[:-1])
         # A turn's step is a logarithm: its derivatives by the turns at its ends, to first order (Chirikjian 2011, 10.86).
         bend = 0.5 * skew(self.step[:, 3:6])
-        early, late = (_part(self.mass, s).turning(velocity) for s in (slice(None, -1), slice(1, None)))
+        early, late = (self.mass.at(s).turning(velocity) for s in (slice(None, -1), slice(1, None)))
         by_late = (_turned(middle, np.eye(3) - bend) / self.dt + 0.5 * late) / self.dt
         by_early = (-_turned(middle, np.eye(3) + bend) / self.dt + 0.5 * early) / self.dt
         tip = np.zeros((len(frames), 6, matrix.shape[2]))  # gravity's moment goes with the centre of mass
@@ -64,7 +64,7 @@ def momentum_rate(
         inner = np.ones(len(qpos), dtype=bool)
     inner = inner & (np.arange(len(qpos)) > 0) & (np.arange(len(qpos)) < len(qpos) - 1)
     mass, step, robot = momentum(kin), tangents(qpos), kin.robot
-    half = 0.5 * sum(_part(mass, s).body_momenta(step / dt) for s in (slice(None, -1), slice(1, None)))
+    half = 0.5 * sum(mass.at(s).body_momenta(step / dt) for s in (slice(None, -1), slice(1, None)))
     rate = np.zeros((*kin.pos.shape[:2], 6))
     rate[1:-1] = np.diff(half, axis=0) / dt
     rate += GRAVITY * mass.inertia[..., 5]  # a body that is not to fall is accelerated upwards
@@ -79,12 +79,6 @@ def momentum_rate(
         torque=torque * inner[:, None],
     )
     return MomentumRate(dt=dt, inner=inner, step=step, mass=mass, demand=demand)
-
-
-def _part(mass: Momentum, frames: slice) -> Momentum:
-    kin = mass.kin
-    some = replace(kin, pos=kin.pos[frames], quat=kin.quat[frames], screws=kin.screws[frames])
-    return Momentum(kin=some, com=mass.com[frames], inertia=mass.inertia[frames])
 
 
 def _turned(matrix: Float[ndarray, "T 6 nv"], turn: Float[ndarray, "T 3 3"]) -> Float[ndarray, "T 6 nv"]:

@@ -88,8 +88,7 @@ class Stage:
                 "film", found=f"no OpenGL to draw with ({type(e).__name__}: {e})", expected="EGL, OSMesa or a display",
                 cure="set MUJOCO_GL to egl or osmesa, or watch the Rerun recording",
             ) from e  # fmt: skip
-        self._feet = [] if shadows else [robot.landmark(name) + 1 for name in ("left_foot", "right_foot")]
-        self._stands: list[float] = []  # height of each foot's origin in the first picture [m]
+        self._blobs = [] if shadows else [(robot.model.body(s.body).id, -s.z) for s in robot.soles.values()]
         self._renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         self._camera, self._look = mujoco.MjvCamera(), np.full(3, np.nan)
         self._camera.distance, self._camera.azimuth, self._camera.elevation = 2.7, 150.0, -8.0
@@ -114,9 +113,8 @@ class Stage:
     def _add_blobs(self) -> None:
         """What stands for the shadow of each foot."""
         mj, scene = self._mj, self._renderer.scene
-        places = self._data.xpos[self._feet]
-        self._stands = self._stands or [float(z) for z in places[:, 2]]
-        for (x, y, z), stands in zip(places, self._stands, strict=True):
+        for body, stands in self._blobs:  # and how high a foot's origin is while it stands [m]
+            x, y, z = self._data.xpos[body]
             dark = 0.5 * float(np.clip(1.0 - (z - stands) / _BLOB_FADES_M, 0.0, 1.0))
             size, at = np.array([_BLOB_M, _BLOB_M, 1e-3]), np.array([x, y, 2e-3])
             geom, rgba = scene.geoms[scene.ngeom], np.array([0.0, 0.0, 0.0, dark], dtype=np.float32)

@@ -82,7 +82,7 @@ class FloorWrench:
         off = np.where(fresh[at, None, None], face.off, along) * (fresh | held)[at, None, None]
         wrench = np.where(fresh[at, None], state.residual[at], (along @ state.wanted[at][..., None])[..., 0])
         wrench *= (fresh | held)[at, None]
-        joints, over, strain_by = self._worst_joints(state, at, needed, np.where(strained, strain, -np.inf))
+        joints, over, strain_by = self._worst_joints(state, face, at, needed, np.where(strained, strain, -np.inf))
         return PhysicsRows(
             frames=at,
             residual=np.concatenate((wrench, over), axis=1),
@@ -128,15 +128,14 @@ class FloorWrench:
     def _levers(self, kin: Kinematics, state: _State, at: ndarray) -> Float[ndarray, "F 6 nv"]:
         """The moment about the CoM that contact forces lose as their points move, per unit of every coordinate [N m]."""
         bodies, pos = list(state.points.body), state.points.pos_w[at]
-        some = replace(kin, pos=kin.pos[at], quat=kin.quat[at], screws=kin.screws[at])
-        moves = some.derivatives(np.repeat(bodies, 3), forces(pos).reshape(len(at), 3 * len(bodies), 6))
+        moves = kin.at(at).derivatives(np.repeat(bodies, 3), forces(pos).reshape(len(at), 3 * len(bodies), 6))
         moves = moves.reshape(len(at), len(bodies), 3, moves.shape[2])
         force = state.cone.at(at).forces(state.share[at])
         moment = (skew(force) @ moves).sum(axis=1)
         return np.concatenate((moment, np.zeros_like(moment)), axis=1)
 
     def _worst_joints(
-        self, state: _State, at: ndarray, needed: ndarray, strain: ndarray
+        self, state: _State, face: _Face, at: ndarray, needed: ndarray, strain: ndarray
     ) -> tuple[ndarray, ndarray, ndarray]:
         """The joints beyond their motors, the worst few of each frame (-1: none): how far [gates], and its derivatives."""
         joints = np.argsort(-strain[at], axis=1)[:, : self._config.joints]
@@ -147,8 +146,8 @@ class FloorWrench:
         if len(some):
             inertia = state.rate.mass.mass_matrix(at[some])[:, 6:] / state.rate.dt**2
             bare = np.stack((inertia, -2.0 * inertia, inertia))  # of the torques, were the wrench to act on the root
-            face, legs = _Face.of(state, at[some]), state.cone.legs
-            bare[:, :, legs] += face.torque @ face.shares(needed[:, some], bare[:, :, legs])
+            part, legs = face.at(some), state.cone.legs
+            bare[:, :, legs] += part.torque @ part.shares(needed[:, some], bare[:, :, legs])
             sign = np.take_along_axis(np.sign(state.torque[at]), joints, axis=1)
             slope = np.where(real, sign / (_RULES.effort_gate * self._robot.effort[joints]), 0.0)
             by[:, some] = np.take_along_axis(bare, joints[None, some, :, None], axis=2) * slope[some, :, None]
@@ -198,6 +197,11 @@ class _Face:
         gram = wrench.swapaxes(1, 2) @ wrench + felt.swapaxes(1, 2) @ felt + PER_WEIGHT * np.eye(wrench.shape[2])
         off = np.eye(6) - wrench @ np.linalg.solve(gram, wrench.swapaxes(1, 2))
         return _Face(off=off, wrench=wrench, torque=torque, per_torque=cone.per_torque, gram=gram)
+
+    def at(self, frames: Int[ndarray, "f"]) -> _Face:
+        """Some of the frames."""
+        picked = {name: getattr(self, name)[frames] for name in ("off", "wrench", "torque", "gram")}
+        return replace(self, **picked)
 
     def shares(self, wrench: Float[ndarray, "3 F 6 nv"], torque: Float[ndarray, "3 F L nv"]) -> ndarray:
         """How the shares change with the wrench that is wanted [gates] and the legs' torques without them [N m]."""

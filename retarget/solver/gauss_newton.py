@@ -89,10 +89,9 @@ class _Descent:
 
     def active_frames(self, margin: int) -> Bool[ndarray, "T"]:
         """Frames that still move, or that miss something that must hold, and those around."""
-        if np.isinf(self.wanted).all():
-            self.wanted = (
-                np.where(self._missed_requirements(), np.inf, 0.0) if self._floor is None else 0.0 * self._damping
-            )
+        if np.isinf(self.wanted).all():  # of a motion that shall become possible the goals were solved before
+            missed = self._floor is None and self._missed_requirements()
+            self.wanted = np.where(np.broadcast_to(missed, self.wanted.shape), np.inf, 0.0)
         active = dilate((self.wanted > self._config.settled) | self._violates_limits(), margin)
         if self._floor is not None:
             active |= self._floor.beyond(self.qpos, self._moved) | dilate(self._crowded(self._moved), margin)

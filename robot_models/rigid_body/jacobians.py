@@ -10,7 +10,7 @@ the body turns about n (Murray, Li & Sastry 1994, section 2.5).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -30,6 +30,10 @@ class Kinematics:
     pos: Float[ndarray, "T B 3"]  # [m]
     quat: Float[ndarray, "T B 4"]  # wxyz
     screws: Float[ndarray, "T nv 6"]  # per unit of each coordinate
+
+    def at(self, frames: Int[ndarray, "F"] | slice) -> Kinematics:
+        """Some of the frames."""
+        return replace(self, pos=self.pos[frames], quat=self.quat[frames], screws=self.screws[frames])
 
     def derivatives(self, bodies: Int[ndarray, "R"], wrenches: Float[ndarray, "T R 6"]) -> Float[ndarray, "T R nv"]:
         """How fast each body follows its wrench, per unit of every coordinate."""

@@ -27,6 +27,10 @@ class Momentum:
     com: Float[ndarray, "T 3"]  # centre of mass [m]
     inertia: Float[ndarray, "T B 6 6"]  # of every body about the world's origin
 
+    def at(self, frames: Int[ndarray, "F"] | slice) -> Momentum:
+        """Some of the frames."""
+        return Momentum(kin=self.kin.at(frames), com=self.com[frames], inertia=self.inertia[frames])
+
     @cached_property
     def composite(self) -> Float[ndarray, "T nv 6 6"]:
         """Inertia of all that each coordinate moves."""

@@ -15,6 +15,9 @@ def test_a_resumed_run_that_is_stopped_before_it_is_judged_says_that_it_is_saved
     )
     verdict = run_verdict(run, [tmp_path / "a b.npz"])
     assert not verdict.passed and "stopped by SIGINT" in verdict.line and "4096 steps" in verdict.line
+    assert "4096 steps after it are done again" in " ".join(verdict.notes)  # nothing was saved yet
+    run.saved = 4096
+    assert "again" not in " ".join(run_verdict(run, [tmp_path / "a.npz"]).notes)
     assert verdict.steps[0][0] == f"dance-train --ref '{tmp_path / 'a b.npz'}' -o {tmp_path / 'r'} --resume"
 
 

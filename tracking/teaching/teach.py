@@ -274,6 +274,7 @@ def _restore(run: Run, lesson: Distillation, pieces: Sequence[NamedReference]) -
         )  # fmt: skip
     told = json.loads(state["progress"])
     run.steps, run.seconds, run.curves = told["steps"], told["seconds"], told["curves"]
+    run.saved = run.steps
     lesson.load_state_dict(lesson_state)
 
 

@@ -65,6 +65,7 @@ def train(
         if resume:
             saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, motion_set_sha256(pieces))
             run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
+            run.saved = run.steps
         _learn(run, trainer, pieces, config, progress)
         if team.is_leader:
             run.onnx_difference = max(
