@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from retarget.config import DynamicsConfig, PhysicsConfig
+from retarget.config import GRAVITY, DynamicsConfig, PhysicsConfig
 from retarget.dynamics import (
     PER_WEIGHT,
     ForceCone,
@@ -146,6 +146,7 @@ class FloorWrench:
         if len(some):
             inertia = state.rate.mass.mass_matrix(at[some])[:, 6:] / state.rate.dt**2
             bare = np.stack((inertia, -2.0 * inertia, inertia))  # of the torques, were the wrench to act on the root
+            bare[1] += state.rate.mass.holding_torques(at[some], GRAVITY)
             part, legs = face.at(some), state.cone.legs
             bare[:, :, legs] += part.torque @ part.shares(needed[:, some], bare[:, :, legs])
             sign = np.take_along_axis(np.sign(state.torque[at]), joints, axis=1)

@@ -53,6 +53,29 @@ class Momentum:
         out[:, joints, joints] += robot.model.dof_armature[6:]
         return np.asarray(out)
 
+    def holding_torques(self, frames: Int[ndarray, "F"], gravity: float) -> Float[ndarray, "F J nv"]:
+        """Derivatives of the joints' torques against gravity [m/s2], by all coordinates, in some frames [N m per unit].
+
+        A coordinate below a joint shifts the weight that the joint holds; one above turns the joint with all it holds.
+        """
+        robot, part = self.kin.robot, self.at(frames)
+        screws, below = part.kin.screws, _below(robot)[6:]
+        own = part.composite[:, 6:, 3:]
+        shift = np.where(
+            below[..., None],
+            part.matrix[:, None, 3:].swapaxes(2, 3),
+            (own @ screws[:, None].swapaxes(2, 3)).swapaxes(2, 3),
+        )  # mass times how each coordinate moves the centre of what each joint holds
+        related = below | _below(robot).T[6:]
+        turn = screws[:, 6:, None, :3]
+        lever = turn[..., 0] * shift[..., 1] - turn[..., 1] * shift[..., 0]
+        weight = part.composite[:, 6:, None, :, 5]  # wrench per unit of gravity
+        first = screws[:, None, :, :3], screws[:, None, :, 3:]
+        bent_turn = rot.cross(first[0], turn)
+        bent_shift = rot.cross(first[0], screws[:, 6:, None, 3:]) + rot.cross(first[1], turn)
+        bent = (bent_turn * weight[..., :3]).sum(axis=-1) + (bent_shift * weight[..., 3:]).sum(axis=-1)
+        return np.asarray(gravity * (lever * related + np.where(below, 0.0, bent * related)))
+
     def body_momenta(self, velocity: Float[ndarray, "T nv"]) -> Float[ndarray, "T B 6"]:
         """Of every body by itself."""
         return np.asarray((self.inertia @ self.twists(velocity)[..., None])[..., 0])

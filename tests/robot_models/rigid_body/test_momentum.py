@@ -5,7 +5,17 @@ import numpy as np
 import pytest
 from any_pose import awkward, posed, random_qpos
 
-from robot_models import integrate, kinematics, load_robot, momentum, pinocchio_model, pinocchio_q, pinocchio_v, skew
+from robot_models import (
+    integrate,
+    kinematics,
+    load_robot,
+    momentum,
+    moved,
+    pinocchio_model,
+    pinocchio_q,
+    pinocchio_v,
+    skew,
+)
 from robot_models.maths import rotation as rot
 
 
@@ -54,6 +64,21 @@ def test_its_derivative_by_the_pose_is_that_of_small_steps(robot, rng):
         step = np.zeros_like(v)
         step[:, k] = 1e-6
         np.testing.assert_allclose(turning[:, :, k], (at(step) - at(-step)) / 2e-6, atol=1e-6)
+
+
+def test_torques_against_gravity_change_as_small_steps_say(robot, rng):
+    q = random_qpos(robot, rng, 2)
+
+    def torques(step):
+        kin = kinematics(robot, integrate(q, step))
+        weights = 9.81 * momentum(kin).inertia[..., 5]  # wrench that holds each body
+        return (kin.screws[:, 6:] * (moved(robot)[:-1, 6:].T @ weights)).sum(axis=2)
+
+    told = momentum(kinematics(robot, q)).holding_torques(np.arange(2), 9.81)
+    for k in range(robot.model.nv):
+        step = np.zeros((2, robot.model.nv))
+        step[:, k] = 1e-6
+        np.testing.assert_allclose(told[:, :, k], (torques(step) - torques(-step)) / 2e-6, atol=1e-5)
 
 
 def test_skew_is_the_cross_product(rng):
