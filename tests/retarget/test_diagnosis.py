@@ -110,7 +110,6 @@ def groove_clip():
 @pytest.mark.parametrize(
     ("file", "robot", "parts", "help"),
     [
-        ("csv/g1moves/B_ForwardKarate.csv", "dancer", {"left foot", "right foot"}, "drop"),
         ("csv/g1moves/M_Move10.csv", "g1", {"left heel"}, "drop"),
         ("bvh/bandai1_dance_short_normal_001.bvh", "g1", {"right hand"}, "drop"),
     ],
