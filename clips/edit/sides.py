@@ -35,7 +35,7 @@ def with_sides_unchanged(clip: Clip) -> Clip:
     if isinstance(clip, RobotClip):
         return clip
     for part, above in _PAIRS:
-        if {f"left_{part}", f"right_{part}"} <= set(clip.landmarks):
+        if _has(clip, part):
             clip = _mended(clip, part, _exchanged(clip, part, above))
     return clip
 
@@ -50,11 +50,11 @@ def exchanged_everywhere(clip: HumanClip) -> list[str]:
     across = np.median(np.sum(_axis(clip, "hip") * _axis(clip, "shoulder"), axis=1))
     if across < -BODY.against:
         legs = float(np.median(knees_ahead(clip))) < 0.0
-        found = [p for p, _ in _PAIRS if p in (_LEG if legs else _ARM) and f"left_{p}" in clip.landmarks]
+        found = [p for p in (_LEG if legs else _ARM) if _has(clip, p)]
         for part in found:
             clip = _mended(clip, part, np.ones(clip.frames, dtype=bool))
     for part, above in _PAIRS:
-        if above and {f"left_{part}", f"right_{part}"} <= set(clip.landmarks):
+        if above and _has(clip, part):
             lengths = [_lengths(clip, part, above, swap) for swap in (False, True)]
             as_is, other = map(_spread, lengths)
             shorter = np.median(lengths[1]) < np.median(lengths[0])  # bones across the body are longer
@@ -63,6 +63,11 @@ def exchanged_everywhere(clip: HumanClip) -> list[str]:
                 found.append(part)
                 clip = _mended(clip, part, np.ones(clip.frames, dtype=bool))
     return found
+
+
+def _has(clip: HumanClip, part: str) -> bool:
+    """Whether both points of a pair are there."""
+    return {f"left_{part}", f"right_{part}"} <= set(clip.landmarks)
 
 
 def _exchanged(clip: HumanClip, part: str, above: str) -> Bool[ndarray, "T"]:

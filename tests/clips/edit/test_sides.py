@@ -79,6 +79,13 @@ def test_sides_exchanged_in_every_frame_are_named(clip, parts):
     assert exchanged_everywhere(exchanged(clip, there(clip, parts), slice(None))) == there(clip, parts)
 
 
+def test_a_toe_of_one_side_is_left_where_it_is():
+    dance = read_clip(SAMPLES / "groove.bvh")
+    one = {k: name for k, name in dance.landmarks.items() if k != "right_toe"}
+    turned = exchanged(replace(dance, landmarks=one, orientations=None), ["hip", "knee", "ankle"], slice(None))
+    assert exchanged_everywhere(turned) == ["hip", "knee", "ankle"]
+
+
 @pytest.mark.parametrize("parts", [("Ankle", "Toe"), ("Wrist",), ("Hip", "Knee", "Ankle", "Toe")], ids="-".join)
 def test_a_file_with_exchanged_names_is_refused_with_a_mapping_that_cures_it(tmp_path, parts):
     text = (SAMPLES / "groove.csv").read_text()
