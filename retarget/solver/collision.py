@@ -7,7 +7,7 @@ step when the step would break it, and acts as a spring then: firm enough to par
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -119,8 +119,11 @@ class Proximity:
 
         self._model = model = copy.copy(robot.model)
         self._own = (model.geom_contype & BODY_BIT) != 0
-        model.geom_conaffinity[model.geom("floor").id] |= BODY_BIT  # here bodies shall feel the floor
-        model.geom_margin[self._own] = within
+        # Here bodies shall feel the floor; MuJoCo asks its geom and, before that, its body.
+        model.geom_conaffinity[model.geom("floor").id] |= BODY_BIT
+        model.body_conaffinity[0] |= BODY_BIT
+        model.geom_margin[self._own] = 0.5 * within  # the margins of both sides count
+        model.geom_margin[model.geom("floor").id] = 0.5 * within
         self._data = mujoco.MjData(model)
         self._place = robot.place_of_body
         self._neighbours = np.zeros((len(robot.body_names) + 1,) * 2, dtype=bool)
@@ -141,7 +144,7 @@ class Proximity:
         import mujoco
 
         model, data = self._model, self._data
-        found: list[tuple[ndarray, ...]] = []
+        found, counts = list[tuple[ndarray, ...]](), np.zeros(len(qpos), dtype=int)
         # A loop: MuJoCo's broad phase works on one state at a time.
         for t, q in enumerate(qpos):
             data.qpos[:] = q
@@ -149,11 +152,36 @@ class Proximity:
             mujoco.mj_collision(model, data)
             if data.ncon:
                 c = data.contact
-                found.append((np.full(len(c.dist), t), c.geom + 0, c.pos + 0.0, c.frame[:, :3] + 0.0, c.dist + 0.0))
-        nothing = (np.zeros(0, int), np.zeros((0, 2), int), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
-        frame, geoms, point, normal, gap = (np.concatenate(a) for a in zip(nothing, *found, strict=True))
+                found.append((c.geom + 0, c.pos + 0.0, c.frame[:, :3] + 0.0, c.dist + 0.0))
+            counts[t] = data.ncon
+        nothing = (np.zeros((0, 2), int), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
+        geoms, point, normal, gap = (np.concatenate(a) for a in zip(nothing, *found, strict=True))
+        frame = np.repeat(np.arange(len(qpos)), counts)
         body = self._place[model.geom_bodyid[geoms]]
         places = Places(frame=frame, first=body[:, 0], second=body[:, 1], point=point, normal=normal, gap=gap)
         # A link and the one after its neighbour are near by construction: only their overlap counts.
         by_construction = self._neighbours[places.first, places.second] & (gap > 0.0)
         return places.where(self._own[geoms].any(axis=1) & ~by_construction)
+
+
+class Watch:
+    """A clip's near places from step to step: frames that did not move are not searched again."""
+
+    def __init__(self, robot: RobotModel, frames: int, within: float) -> None:
+        self._search = Proximity(robot, within)
+        self._qpos = np.full((frames, robot.model.nq), np.nan)  # when searched
+        self._found = self._search(self._qpos[:0])
+
+    def near(self, frames: Int[ndarray, "F"], qpos: Float[ndarray, "F nq"]) -> Places:
+        """The near places of some of the clip's frames, numbered among these."""
+        new = np.flatnonzero((qpos != self._qpos[frames]).any(axis=1))
+        found = self._search(qpos[new])
+        known = np.ones(len(self._qpos), dtype=bool)
+        known[frames[new]] = False
+        found = replace(found, frame=frames[new][found.frame])
+        self._found = self._found.where(known[self._found.frame]).along_with(found)
+        self._qpos[frames[new]] = qpos[new]
+        place = np.full(len(self._qpos), -1)
+        place[frames] = np.arange(len(frames))
+        own = self._found.where(place[self._found.frame] >= 0)
+        return replace(own, frame=place[own.frame])

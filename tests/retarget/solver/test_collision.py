@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from derivatives import TOLERANCE, assert_derivatives, central, random_poses, spoiled
 
-from retarget.solver.collision import WORLD, Clearance, Places, Proximity, low_soles, too_near
+from retarget.solver.collision import WORLD, Clearance, Places, Proximity, Watch, low_soles, too_near
 from robot_models import load_robot
 from robot_models.geometry import body_geoms, self_collisions
 from robot_models.maths import rotation as rot
@@ -172,7 +172,6 @@ def test_the_deepest_overlap_is_that_of_the_report_and_normals_lead_from_first_t
     np.testing.assert_allclose(np.linalg.norm(places.normal, axis=1), 1.0, atol=1e-9)
 
 
-@pytest.mark.xfail(strict=True, reason="body_conaffinity of the world still filters the floor's pairs out")
 def test_the_lowest_gap_over_the_floor_is_the_one_that_mujocos_plane_gives(robot, rng):
     import mujoco
 
@@ -189,7 +188,6 @@ def test_the_lowest_gap_over_the_floor_is_the_one_that_mujocos_plane_gives(robot
         assert places.gap[on_floor].min(initial=1.0) == pytest.approx(lowest, abs=1e-6)  # MuJoCo's own tolerance
 
 
-@pytest.mark.xfail(strict=True, reason="MuJoCo adds the margins of both bodies: twice the distance asked for")
 def test_no_place_is_farther_than_asked_for(robot, near_floor):
     assert Proximity(robot, 0.05)(near_floor).gap.max() < 0.05
 
@@ -203,6 +201,17 @@ def test_gaps_do_not_depend_on_heading_or_place(robot, near_floor):
     np.testing.assert_array_equal((here.frame, here.first, here.second), (there.frame, there.first, there.second))
     np.testing.assert_allclose(here.gap, there.gap, atol=1e-9)
     np.testing.assert_allclose(rot.rotate(turn[here.frame], here.normal), there.normal, atol=1e-7)
+
+
+def test_a_watch_finds_what_a_search_finds_whatever_moved_since(robot, rng):
+    qpos, watch, search = random_poses(robot, rng, 9), Watch(robot, 9, 0.05), Proximity(robot, 0.05)
+    for frames, moved in (([0, 1, 2, 3, 4], []), ([1, 3, 4, 7, 8], [3, 8]), (range(9), [0, 1]), ([5], [])):
+        frames = np.array(list(frames))
+        qpos[moved, 2] += 0.01
+        got, wanted = watch.near(frames, qpos[frames]), search(qpos[frames])
+        assert len(wanted.gap)
+        for name in ("frame", "first", "second", "gap", "point"):
+            np.testing.assert_array_equal(getattr(got, name), getattr(wanted, name))
 
 
 def test_at_rest_nothing_is_near_anything_but_the_floor(robot):
