@@ -123,7 +123,7 @@ class PhysicsConfig(_Checked):
     effort_share: float = 0.95  # of each motor's torque, that may be used
     joints: int = 3  # of a frame that are looked at, the worst
     settled: float = 0.5  # a frame with a lower score is left as it is
-    margin_s: float = 0.3  # moved on either side of one that is not [s]
+    margin_s: float = 0.2  # moved on either side of one that is not [s]
     stage: GridStage = GridStage(step_s=0.0, iterations=0, more_iterations=10, rounds=2, smooth_hz=3.22)
 
 
@@ -136,12 +136,13 @@ class WholeClipConfig(_Checked):
     )
     fine: tuple[GridStage, ...] = (
         GridStage(step_s=0.06, iterations=2, more_iterations=2, rounds=2, smooth_hz=3.22),
-        GridStage(step_s=0.0, iterations=0, more_iterations=24, rounds=2, smooth_hz=3.22),
+        GridStage(step_s=0.0, iterations=0, more_iterations=14, rounds=2, smooth_hz=3.22),
     )
     physics: PhysicsConfig = PhysicsConfig()
     travel_hz: float = 1.7  # half-power frequency of the root's way over the floor [Hz]: a robot cannot push it faster
     height_hz: float = 2.5  # of its height [Hz]
     settled: float = 0.05  # a last step below this is no movement [rad or m]
+    at_rest: float = 0.005  # the same, of a frame beyond a joint limit [rad or m]
     settle_margin_s: float = 0.1  # solved again on either side [s]
     damping: float = 0.01  # of the first iteration, as a share of the goals' curvature
     coarse_damping: float = 1.0  # the same where the start is far away

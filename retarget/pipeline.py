@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -278,6 +278,11 @@ def meta_of(sources: Sequence[HumanClip], config: RetargetConfig, report: Report
         "source": origins[0],
         **({"more_sources": origins[1:]} if len(origins) > 1 else {}),
         "config": asdict(config),
-        "versions": {p: version(p) for p in ("numpy", "scipy", "mujoco")},
+        "versions": _versions(),
         "report": report.as_dict(),
     }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {p: version(p) for p in ("numpy", "scipy", "mujoco")}

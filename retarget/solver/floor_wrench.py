@@ -56,10 +56,15 @@ class FloorWrench:
         self._strained = np.zeros((len(start), len(robot.joint_names)), dtype=bool)
         self._dual = np.zeros((len(start), WRENCH + len(leg_joints(robot))))  # of the forces that were best
 
-    def beyond(self, qpos: Float[ndarray, "T nq"], moved: Bool[ndarray, "T"]) -> Bool[ndarray, "T"]:
-        """Frames that cannot be, and those around them that may help; `moved` since this was asked last."""
-        c, frames = self._config, np.flatnonzero(dilate(moved, 2))
-        state = self._state(frames, kinematics(self._robot, qpos[frames]), qpos[frames])
+    def beyond(self, frames: Int[ndarray, "F"], kin: Kinematics, qpos: Float[ndarray, "F nq"]) -> Bool[ndarray, "T"]:
+        """Frames of the clip that cannot be, and those around that may help.
+
+        Args:
+            frames: all that moved since this was asked last, and two more on either side.
+            kin: their poses.
+            qpos: the same as configurations.
+        """
+        c, state = self._config, self._state(frames, kin, qpos)
         self.score[frames[state.rate.inner]] = state.score(self._robot)[state.rate.inner]
         return dilate(self.score > c.settled, round(c.margin_s * self._fps))
 

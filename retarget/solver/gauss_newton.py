@@ -7,11 +7,11 @@ grows (Levenberg-Marquardt), and where it came out far worse the step is taken b
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from retarget.config import GridStage, PhysicsConfig, WholeClipConfig
-from retarget.solver.collision import WORLD, Clearance, Places, Proximity, low_soles, too_near
+from retarget.solver.collision import WORLD, Clearance, Places, Watch, low_soles, too_near
 from retarget.solver.floor_wrench import FloorWrench
 from retarget.solver.joint_limits import joint_limits, project
 from retarget.solver.normal_equations import constrained_step, normal_equations
@@ -76,7 +76,7 @@ class _Descent:
         self._limits = joint_limits(robot, frames, fps, config)
         for limit in self._limits:
             limit.update(start[:, 7:])  # what the start breaks is held from the first step on
-        self._proximity = Proximity(robot, config.watched_gap) if stage.clearance else None
+        self._watch = Watch(robot, frames, config.watched_gap) if stage.clearance else None
         self._damping = np.full(frames, config.damping)
         self._before, self._predicted = np.full(frames, np.inf), np.full(frames, np.inf)  # squared residuals
         self._memory = band_memory(frames, robot.model.nv)
@@ -92,18 +92,22 @@ class _Descent:
         if np.isinf(self.wanted).all():  # of a motion that shall become possible the goals were solved before
             missed = self._floor is None and self._missed_requirements()
             self.wanted = np.where(np.broadcast_to(missed, self.wanted.shape), np.inf, 0.0)
-        active = dilate((self.wanted > self._config.settled) | self._violates_limits(), margin)
+        c = self._config
+        # Beyond a limit and at rest is where its spring ends; the rest is projected away.
+        restless = (self.wanted > c.settled) | (self._violates_limits() & (self.wanted > c.at_rest))
+        active = dilate(restless, margin)
         if self._floor is not None:
-            active |= self._floor.beyond(self.qpos, self._moved) | dilate(self._crowded(self._moved), margin)
+            frames = np.flatnonzero(dilate(self._moved, 2))  # what a frame needs hangs on its neighbours
+            qpos = self.qpos[frames]
+            kin = kinematics(self._robot, qpos)
+            active |= self._floor.beyond(frames, kin, qpos) | dilate(self._crowded(frames, kin, qpos), margin)
         return active
 
-    def _crowded(self, looked_at: Bool[ndarray, "T"]) -> ndarray:
+    def _crowded(self, frames: ndarray, kin: Kinematics, qpos: ndarray) -> Bool[ndarray, "T"]:
         """Of some frames those in which surfaces are too near each other."""
         out = np.zeros(len(self.qpos), dtype=bool)
-        frames = np.flatnonzero(looked_at)
-        if self._proximity is not None:
-            qpos = self.qpos[frames]
-            places, wanted, _ = _near_places(qpos, kinematics(self._robot, qpos), self._proximity, self._config)
+        if self._watch is not None:
+            places, wanted, _ = _near_places(self._watch, frames, qpos, kin, self._config)
             out[frames[places.frame[too_near(places.gap, wanted)]]] = True
         return out
 
@@ -113,7 +117,7 @@ class _Descent:
         missed = _squared(residual[:, body_rows:]) > self._config.feet_off
         pinned = self._objective.posture_weight == self._objective.weights.pin
         missed |= (pinned & (np.abs(self.qpos[:, 7:] - self._objective.posture) > self._config.pin_off)).any(axis=1)
-        return missed | self._crowded(np.ones(len(missed), dtype=bool))
+        return missed | self._crowded(np.arange(len(missed)), kin, self.qpos)
 
     def _violates_limits(self) -> ndarray:
         """Frames beyond a joint limit."""
@@ -129,10 +133,10 @@ class _Descent:
             (self.qpos[:, :7], project(self._limits, self.qpos[:, 7:], 2 * margin, self._config)), axis=1
         )
 
-    def _clearance(self, qpos: Float[ndarray, "n nq"], kin: Kinematics) -> Clearance | None:
-        if self._proximity is None:
+    def _clearance(self, frames: Int[ndarray, "n"], qpos: Float[ndarray, "n nq"], kin: Kinematics) -> Clearance | None:
+        if self._watch is None:
             return None
-        places, wanted, spring = _near_places(qpos, kin, self._proximity, self._config)
+        places, wanted, spring = _near_places(self._watch, frames, qpos, kin, self._config)
         return Clearance(places, kin, wanted, spring)
 
     def iterate(self, moving: Bool[ndarray, "T"]) -> None:
@@ -148,7 +152,7 @@ class _Descent:
         lacking = 0.0 if rows is None else rows.squared(len(frames))
         damping = self._update_damping(frames, actual + lacking)
         limits = [limit.part(frames) for limit in self._limits]
-        clearance = self._clearance(qpos, kin)
+        clearance = self._clearance(frames, qpos, kin)
         held = np.where(moving[frames], damping, _HELD)
         model = normal_equations(objective, qpos, residual, jacobian, body_rows, held, self._bandwidths)
         step = constrained_step(model, qpos[:, 7:], limits, clearance, self._level.rounds, self._memory, rows)
@@ -200,10 +204,10 @@ class _Descent:
 
 
 def _near_places(
-    qpos: ndarray, kin: Kinematics, proximity: Proximity, config: WholeClipConfig
+    watch: Watch, frames: ndarray, qpos: ndarray, kin: Kinematics, config: WholeClipConfig
 ) -> tuple[Places, ndarray, ndarray]:
     """Where soles and bodies come near to something, the gap that shall remain, and how firmly."""
-    places = low_soles(kin.robot, kin, config.watched_gap).along_with(proximity(qpos))
+    places = low_soles(kin.robot, kin, config.watched_gap).along_with(watch.near(frames, qpos))
     on_floor = (places.first == WORLD) | (places.second == WORLD)
     gap = np.where(on_floor, config.floor_gap, config.body_gap)
     return places, gap, np.where(on_floor, config.floor_spring, config.body_spring)

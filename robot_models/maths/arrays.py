@@ -16,13 +16,16 @@ Array = Any  # numpy's ndarray, or a torch tensor on any device
 
 def array_namespace(array: Array) -> Any:
     """The library that an array belongs to."""
-    return sys.modules["torch"] if hasattr(array, "device") and not isinstance(array, np.generic | np.ndarray) else np
+    if isinstance(array, (np.ndarray, np.generic)) or not hasattr(array, "device"):
+        return np
+    return sys.modules["torch"]
 
 
-def empty_like_broadcast(a: Array, b: Array) -> Array:
-    """Room for what two arrays broadcast to."""
-    shape = np.broadcast_shapes(np.shape(a), np.shape(b))
-    return np.empty(shape) if array_namespace(a) is np else a.new_empty(shape)
+def room_beside(first: Array, count: int) -> Array:
+    """Room for a result along a new last axis, of which the first entries stand there already."""
+    out = (np.empty if array_namespace(first) is np else first.new_empty)((*first.shape, count))
+    out[..., 0] = first
+    return out
 
 
 def to_numpy(array: Array) -> np.ndarray:

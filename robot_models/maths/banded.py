@@ -11,6 +11,7 @@ from math import comb
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
+from numpy.lib.stride_tricks import as_strided
 
 HALF_BANDWIDTH = 3  # frames that one frame is coupled to
 
@@ -40,10 +41,9 @@ class BandedSystem:
 
     def add_coupling(self, frames: Int[ndarray, "F"], ahead: int, blocks: Float[ndarray, "F nv nv"]) -> None:
         """Add to the blocks of frames t + ahead (rows) by t (columns), for every t in `frames`, which has each once."""
-        nv = self._band.shape[1]
-        for j in range(nv):
-            first = ahead * nv - j
-            self._band[frames, j, first : first + nv] += blocks[:, :, j]
+        nv, (frame, column, row) = self._band.shape[1], self._band.strides
+        later = as_strided(self._band[:, :, ahead * nv :], (len(self._band), nv, nv), (frame, column - row, row))
+        later[frames] += blocks.swapaxes(1, 2)
 
     def solve(self, b: Float[ndarray, "T nv"]) -> Float[ndarray, "T nv"]:
         """x of A x = b; the system is spent afterwards.

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from robot_models.maths.arrays import Array, array_namespace, empty_like_broadcast
+from robot_models.maths.arrays import Array, array_namespace, room_beside
 
 Quat = Float[ndarray, "*batch 4"]
 Vec = Float[ndarray, "*batch 3"]
@@ -27,8 +27,7 @@ def multiply(a: Float[Array, "... 4"], b: Float[Array, "... 4"]) -> Float[Array,
     """Hamilton product `a b`."""
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
-    out = empty_like_broadcast(a, b)
-    out[..., 0] = aw * bw - ax * bx - ay * by - az * bz
+    out = room_beside(aw * bw - ax * bx - ay * by - az * bz, 4)
     out[..., 1] = aw * bx + ax * bw + ay * bz - az * by
     out[..., 2] = aw * by - ax * bz + ay * bw + az * bx
     out[..., 3] = aw * bz + ax * by - ay * bx + az * bw
@@ -39,8 +38,7 @@ def cross(a: Float[Array, "... 3"], b: Float[Array, "... 3"]) -> Float[Array, ".
     """Vector product; several times faster than numpy's general one."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    out = empty_like_broadcast(a, b)
-    out[..., 0] = ay * bz - az * by
+    out = room_beside(ay * bz - az * by, 3)
     out[..., 1] = az * bx - ax * bz
     out[..., 2] = ax * by - ay * bx
     return out

@@ -54,7 +54,7 @@ def test_what_a_motion_asks_for_is_what_pinocchios_inverse_dynamics_say(hurried,
 def test_scores_are_the_judges(hurried, dancer):
     pytest.importorskip("pinocchio")
     floor, qpos = floor_of(dancer, hurried.reference)
-    floor.beyond(qpos, np.ones(len(qpos), dtype=bool))
+    floor.beyond(np.arange(len(qpos)), kinematics(dancer, qpos), qpos)
     judged = dynamics_of(hurried.reference, dancer).score
     assert (judged > 1.0).sum() > 3  # there is something to see
     np.testing.assert_allclose(floor.score[2:-2], judged[2:-2], atol=0.1, rtol=0.02)
