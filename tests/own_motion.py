@@ -3,6 +3,7 @@
 import numpy as np
 
 from clips import PLANTED
+from retarget.targets.contacts import UNSTATED
 from retarget.targets.feet import FootTargets
 from retarget.targets.leads import targets_of
 from retarget.targets.targets import LIMBS, Targets
@@ -22,5 +23,6 @@ def own_targets(robot, qpos, contact=PLANTED, fps=50.0):
     like = Targets(
         fps=fps, scale=1.0, pelvis_pos=pos[:, 0], pelvis_quat=quat[:, 0], torso_quat=quat[:, 0],
         limbs=dict.fromkeys(LIMBS, pos[:, 0]), feet=feet, airborne=np.zeros(frames, dtype=bool),
+        stated=np.full((frames, 4), UNSTATED),
     )  # fmt: skip
     return targets_of(robot, qpos, feet, like)

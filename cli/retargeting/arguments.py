@@ -57,7 +57,7 @@ class Arguments:
     contacts: Path | None = None
     """CSV of touches (start, end, edge, kind; seconds of the dance) that override the detected ones."""
     keys: Path | None = None
-    """CSV of key frames (time, joint, value; seconds of the dance, radians)."""
+    """CSV of key frames (time, joint, value in radians or degrees; seconds of the dance)."""
     write_contacts: Path | None = None
     """Write the touches used, to be edited and given back with --contacts."""
     fit_dynamics: bool = False

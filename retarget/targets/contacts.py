@@ -13,6 +13,8 @@ from retarget.config import ContactConfig
 from robot_models import FEET
 from robot_models.maths import close_gaps, intervals_of, rotation
 
+UNSTATED = -1
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Contacts:
@@ -20,6 +22,7 @@ class Contacts:
 
     in_contact: Bool[ndarray, "T 4"]
     pivoting: Bool[ndarray, "T 2"]  # per foot: touching and turning faster than a planted foot would
+    stated: Int[ndarray, "T 4"]  # what the user says each edge does; UNSTATED where nothing
 
     @property
     def labels(self) -> Int[ndarray, "T 4"]:
@@ -40,6 +43,7 @@ def find_contacts(clip: HumanClip, config: ContactConfig) -> Contacts:
     return Contacts(
         in_contact=in_contact,
         pivoting=np.stack([close_gaps(turning[:, s] & both[:, s], shortest) for s in range(2)], axis=1) & both,
+        stated=np.full(in_contact.shape, UNSTATED),
     )
 
 

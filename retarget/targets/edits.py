@@ -11,15 +11,16 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import FREE, PIVOTING, PLANTED, write_whole
+from clips import FREE, GLIDING, PIVOTING, PLANTED, write_whole
 from retarget.errors import RetargetError
 from retarget.targets.contacts import Contacts
 from robot_models import CONTACT_NAMES, RobotModel
 from robot_models.incoming import MAX_CONFIG, read_text
 from robot_models.maths import intervals_of
 
-KINDS = {"free": FREE, "planted": PLANTED, "pivoting": PIVOTING}
-_CONTACT_COLUMNS, _KEY_COLUMNS = ("start", "end", "edge", "kind"), ("time", "joint", "value")
+KINDS = {"free": FREE, "planted": PLANTED, "pivoting": PIVOTING, "gliding": GLIDING}
+_CONTACT_COLUMNS = "start", "end", "edge", "kind"
+_RADIANS, _DEGREES = ("time", "joint", "value"), ("time", "joint", "degrees")  # columns of key frames
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +30,7 @@ class ContactEdit:
     start: float
     end: float
     edge: str  # left_heel, left_toe, right_heel, right_toe
-    kind: str  # free, planted, pivoting
+    kind: str  # free, planted, pivoting, gliding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,19 +64,23 @@ def read_contacts(path: Path) -> list[ContactEdit]:
 
 
 def read_keys(path: Path) -> list[KeyFrame]:
-    """Read key frames from a CSV with the columns time (seconds of the dance), joint, value (radians).
+    """Read key frames from a CSV with the columns time (seconds of the dance), joint, value (radians) or degrees.
 
     Raises:
         RetargetError: a column is missing or a number is none.
     """
-    return [
-        KeyFrame(time=_number(place, row["time"]), joint=row["joint"], value=_number(place, row["value"]))
-        for place, row in _rows(path, _KEY_COLUMNS)
-    ]
+    keys = []
+    for place, row in _rows(path, _RADIANS, _DEGREES):
+        angle = _number(place, row["value"]) if "value" in row else np.radians(_number(place, row["degrees"]))
+        keys.append(KeyFrame(time=_number(place, row["time"]), joint=row["joint"], value=float(angle)))
+    return keys
 
 
 def write_contacts(contacts: Contacts, fps: float, path: Path) -> None:
-    """Write the touches as a CSV that `read_contacts` reads, in order of time: the detected ones, to be edited."""
+    """Write the touches as a CSV that `read_contacts` reads, in order of time: the detected ones, to be edited.
+
+    Edges that glide are found later, on the solved motion, where no row says otherwise.
+    """
     rows = [
         (a, k, f"{a / fps:.3f},{b / fps:.3f},{edge},{kind}")
         for k, edge in enumerate(CONTACT_NAMES)
@@ -89,14 +94,15 @@ def write_contacts(contacts: Contacts, fps: float, path: Path) -> None:
 
 def apply_edits(contacts: Contacts, edits: Iterable[ContactEdit], fps: float) -> Contacts:
     """The touches with the user's own over them; later edits win."""
-    in_contact, pivoting = contacts.in_contact.copy(), contacts.pivoting.copy()
+    in_contact, pivoting, stated = contacts.in_contact.copy(), contacts.pivoting.copy(), contacts.stated.copy()
     for edit in edits:
         frames = slice(max(0, round(edit.start * fps)), max(0, round(edit.end * fps)))
         edge = CONTACT_NAMES.index(edit.edge)
-        in_contact[frames, edge] = edit.kind != "free"
+        in_contact[frames, edge] = edit.kind in ("planted", "pivoting")
+        stated[frames, edge] = KINDS[edit.kind]
         pivoting[frames, edge // 2] = edit.kind == "pivoting"
     both = in_contact.reshape(-1, 2, 2).any(axis=2)
-    return replace(contacts, in_contact=in_contact, pivoting=pivoting & both)
+    return replace(contacts, in_contact=in_contact, pivoting=pivoting & both, stated=stated)
 
 
 def pin_angles(keys: Iterable[KeyFrame], robot: RobotModel, frames: int, fps: float) -> Float[ndarray, "T J"]:
@@ -121,11 +127,13 @@ def pin_angles(keys: Iterable[KeyFrame], robot: RobotModel, frames: int, fps: fl
     return out
 
 
-def _rows(path: Path, columns: tuple[str, ...]) -> list[tuple[str, Mapping[str, str]]]:
+def _rows(path: Path, *layouts: tuple[str, ...]) -> list[tuple[str, Mapping[str, str]]]:
     text = read_text(path, expected="a readable CSV", most=MAX_CONFIG, error=RetargetError).removeprefix("\ufeff")
     reader = csv.DictReader(text.splitlines(), skipinitialspace=True)
-    if tuple(reader.fieldnames or ()) != columns:
-        raise RetargetError(str(path), found=f"columns {reader.fieldnames}", expected=f"columns {', '.join(columns)}")
+    columns = tuple(reader.fieldnames or ())
+    if columns not in layouts:
+        known = " or ".join(", ".join(layout) for layout in layouts)
+        raise RetargetError(str(path), found=f"columns {reader.fieldnames}", expected=f"columns {known}")
     rows: list[tuple[str, Mapping[str, str]]] = []
     for number, row in enumerate(reader, start=2):
         if None in row or None in row.values():

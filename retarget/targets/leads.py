@@ -10,6 +10,7 @@ from numpy import ndarray
 
 from clips import FREE, PLANTED
 from retarget.config import RetargetConfig
+from retarget.targets.contacts import UNSTATED
 from retarget.targets.feet import FootTargets, smoothstep
 from retarget.targets.targets import Targets, join
 from robot_models import FEET, RobotModel, forward_kinematics
@@ -70,6 +71,7 @@ def targets_of(robot: RobotModel, qpos: ndarray, feet: FootTargets, like: Target
         limbs={(a, b): pos[:, place(b)] - pos[:, place(a)] for a, b in like.limbs},
         feet=feet,
         airborne=np.zeros(len(qpos), dtype=bool),
+        stated=np.full((len(qpos), 4), UNSTATED),
     )
 
 

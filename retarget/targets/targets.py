@@ -15,7 +15,7 @@ from numpy import ndarray
 
 from clips import GLIDING, HumanClip
 from retarget.config import RetargetConfig
-from retarget.targets.contacts import Contacts
+from retarget.targets.contacts import UNSTATED, Contacts
 from retarget.targets.feet import FootTargets, flat_height, foot_targets
 from retarget.targets.foot_separation import separate_feet
 from retarget.targets.segment_frames import trunk_frames
@@ -44,6 +44,7 @@ class Targets:
     limbs: Mapping[tuple[str, str], Float[ndarray, "T 3"]]  # (from, to) -> vector of the robot's length [m]
     feet: FootTargets
     airborne: Bool[ndarray, "T"]  # frames of jumps, in which nothing carries
+    stated: Int[ndarray, "T 4"]  # what the user says each edge does; UNSTATED where nothing
 
     def at(self, frames: Int[ndarray, "F"]) -> Targets:
         """The same goals on some of the frames."""
@@ -56,11 +57,13 @@ class Targets:
             limbs={k: v[frames] for k, v in self.limbs.items()},
             feet=feet,
             airborne=self.airborne[frames],
+            stated=self.stated[frames],
         )
 
-    def gliding(self, edges: Bool[ndarray, "T 4"]) -> Targets:
-        """The same goals with some of the edges gliding over the floor."""
-        contact = np.where(edges, GLIDING, self.feet.contact)
+    def gliding(self, found: Bool[ndarray, "T 4"]) -> Targets:
+        """The same goals with edges gliding over the floor: those that were found to, and those that are said to."""
+        glides = np.where(self.stated == UNSTATED, found, self.stated == GLIDING)
+        contact = np.where(glides, GLIDING, self.feet.contact)
         return replace(self, feet=replace(self.feet, contact=contact))
 
 
@@ -93,6 +96,7 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
         limbs=_limbs(clip, robot, zero_pos),
         feet=feet,
         airborne=np.zeros(clip.frames, dtype=bool),
+        stated=contacts.stated,
     )
 
 
@@ -109,6 +113,7 @@ def join(parts: Sequence[Targets]) -> Targets:
         torso_quat=rot.continuous(along(lambda p: p.torso_quat)),
         limbs={k: np.concatenate([p.limbs[k] for p in parts]) for k in parts[0].limbs},
         airborne=along(lambda p: p.airborne),
+        stated=along(lambda p: p.stated),
         feet=FootTargets(
             pos=along(lambda p: p.feet.pos),
             quat=rot.continuous(along(lambda p: p.feet.quat)),

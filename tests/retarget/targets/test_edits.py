@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 
-from clips import ClipError, at_speed, cut, mirror, read_clip, warp_time
+from clips import FREE, GLIDING, ClipError, at_speed, cut, mirror, read_clip, warp_time
 from retarget import (
     FitConfig,
     KeyFrame,
@@ -45,6 +45,18 @@ def test_stated_touches_win_over_detected_ones(clip, dancer, tmp_path):
     assert (result.reference.contact[25:50, 0] == 0).all() and (result.reference.contact[25:50, 1] == 2).all()
 
 
+def test_what_is_said_to_glide_glides_and_what_is_said_to_be_free_does_not(clip, dancer, tmp_path):
+    """A turn on one foot without a touch of its own: the solver lets edges carry that no row speaks of."""
+    free = "".join(f"0.5,1.0,{edge},free\n" for edge in ("left_heel", "left_toe", "right_heel"))
+    (tmp_path / "c.csv").write_text(f"start,end,edge,kind\n{free}0.5,1.0,right_toe,gliding\n")
+    contact = retarget(clip, dancer, SHORT, contacts=read_contacts(tmp_path / "c.csv")).reference.contact[25:50]
+    assert (contact[:, 3] == GLIDING).all() and (contact[:, :3] == FREE).all()
+    (tmp_path / "c.csv").write_text(f"start,end,edge,kind\n{free}")
+    assert (
+        retarget(clip, dancer, SHORT, contacts=read_contacts(tmp_path / "c.csv")).reference.contact[25:50, :3] == 0
+    ).all()
+
+
 @pytest.mark.parametrize(
     ("text", "match"),
     [
@@ -71,6 +83,12 @@ def test_key_frames_are_respected_and_smooth(clip, dancer, tmp_path):
     assert result.reference.joint_pos[50, j] == pytest.approx(wanted, abs=0.02)
     assert result.report.passed, result.report.failures
     np.testing.assert_allclose(result.reference.joint_pos[:10], free.joint_pos[:10], atol=0.02)
+
+
+def test_key_frames_may_be_in_degrees(tmp_path):
+    (tmp_path / "k.csv").write_text("time,joint,degrees\n1.0,left_elbow,90\n")
+    (key,) = read_keys(tmp_path / "k.csv")
+    assert key.value == pytest.approx(np.pi / 2)
 
 
 @pytest.mark.parametrize(("time", "value", "match"), [(9.0, 0.0, "9 s"), (1.0, 9.0, "rad")])
