@@ -13,6 +13,7 @@ from cli.shell import (
     DONE,
     FileOptions,
     TellOptions,
+    Trouble,
     Verdict,
     command,
     line,
@@ -63,12 +64,17 @@ def run(args: Arguments) -> int:
         save_comparison(args.recording, {j.name: (j.result.robot, j.result.reference) for j in judged})
         written = (args.recording,)
     verdict = Verdict(
-        passed=True,
-        code=DONE,
+        passed=all(j.result.report.passed for j in judged),
+        code=DONE,  # the question, how far apart they are, is answered
         line="; ".join(f"limbs of {name} {mean:.1f} deg off those of {first.name}" for name, mean in means.items()),
         notes=tuple(
             f"{j.name}: {j.clip.source.dialect}, {j.result.reference.duration_s:.1f} s for {j.result.robot.name}"
             for j in judged
+        ),
+        troubles=tuple(
+            Trouble(what=f"{j.name} misses gates: {', '.join(m.label for m in j.result.report.failures)}")
+            for j in judged
+            if not j.result.report.passed
         ),
         written=written,
         steps=tuple((line("rerun", path), "look at them") for path in written),

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 from cli.inspecting import checks_table, evidence
-from cli.shell import DONE, ClipPath, FileOptions, TellOptions, Trouble, Verdict, again, command, line, tell
+from cli.shell import ClipPath, FileOptions, TellOptions, Trouble, Verdict, again, command, line, tell
 from clips import Clip, ClipError, HumanClip, is_reference, read_clip, repair
 from clips.checks import CHECKS
 
@@ -58,7 +58,6 @@ def _verdict(args: Arguments, clip: Clip, no_rate: bool, rate: str, trouble: str
         troubles.append(Trouble(what="the file does not say its rate; --fps states it", cures=cures))
     return Verdict(
         passed=not troubles,
-        code=DONE,  # the question, what it is, is answered
         line=known,
         doubts=tuple(doubtful),
         troubles=tuple(troubles),

@@ -22,7 +22,7 @@ class Arguments:
     Examples:
         dance-play groove-g1
         dance-play runs/groove
-        dance-play runs/groove --film groove.mp4
+        dance-play runs/groove --film groove.mp4 --no-ghost
         dance-play groove.npz
         dance-play tracker-g1 --ref dance_g1.npz
     """
@@ -39,6 +39,8 @@ class Arguments:
     """Path of the robot's profile, where it is not a built-in one."""
     seed: int = 1
     """Seed of the sensors' noise."""
+    ghost: bool = True
+    """Show where the reference is, pale, in the film."""
     width: int = 960
     """Of the film, in pixels."""
     height: int = 720
@@ -82,8 +84,9 @@ def run(args: Arguments) -> int:
 def _film(show: PoseStream, args: Arguments) -> int:
     from retarget.recordings import write_film
 
+    poses = ((robot, ghost if args.ghost else None) for robot, ghost in show.poses)
     with progress("frames") as follow:
         return write_film(
-            args.film or Path(), show.robot, show.poses, show.fps, (args.width, args.height),
-            frames=show.frames, progress=follow,
+            args.film or Path(), show.robot, poses, show.fps, (args.width, args.height),
+            title=f"{args.what.stem} on {show.robot.name}", frames=show.frames, progress=follow,
         )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from pathlib import Path
 
@@ -106,8 +107,10 @@ def _retarget(
 
 def _save(result: Retargeted, dances: list[Danced], args: Arguments) -> list[Path]:
     """Reference, touches and recording, as asked for; the files."""
-    names = dict.fromkeys(dance.path.stem for dance in dances)
-    written = [args.out or Path(f"{'_'.join(names)}_{result.robot.name}.npz")]
+    name, robot = "_".join(dict.fromkeys(dance.path.stem for dance in dances)), result.robot.name
+    written = [args.out or Path(f"{name}_{'again' if name.endswith(f'_{robot}') else robot}.npz")]
+    with contextlib.suppress(OSError):  # what cannot be made is refused where it is written
+        written[0].parent.mkdir(parents=True, exist_ok=True)
     save_reference(result.reference, written[0], float32=args.float32)
     if args.write_contacts:
         write_contacts(result.contacts, result.reference.fps, args.write_contacts)

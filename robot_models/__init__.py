@@ -32,7 +32,7 @@ from robot_models.rigid_body import (
     tangents,
 )
 from robot_models.version import __version__
-from robot_models.visual import Part, draw_off_screen, visual_parts
+from robot_models.visual import Part, draw_off_screen, has_display, visual_parts
 
 __all__ = [
     "AXIAL",
@@ -62,6 +62,7 @@ __all__ = [
     "find_profile",
     "forces",
     "forward_kinematics",
+    "has_display",
     "heel_toe_positions",
     "import_or_refuse",
     "installed",

@@ -37,13 +37,17 @@ class Part:
     faces: Int[ndarray, "F 3"] | None = None
 
 
+def has_display() -> bool:
+    """Whether a window can be opened here."""
+    return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
 def draw_off_screen() -> None:
     """Have MuJoCo draw without a display where there is none, whoever imported it before.
 
     MuJoCo chooses its OpenGL by MUJOCO_GL when it is imported, and a window's unless told otherwise.
     """
-    display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    if os.environ.get("MUJOCO_GL") or display or not sys.platform.startswith("linux"):
+    if os.environ.get("MUJOCO_GL") or has_display():
         return
     os.environ["MUJOCO_GL"] = "egl"
     importlib.reload(importlib.import_module("mujoco.rendering.classic.gl_context"))

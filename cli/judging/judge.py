@@ -37,7 +37,7 @@ def judge_all(paths: Sequence[Path], options: FileOptions) -> list[Judged]:
         if not isinstance(clip, RobotClip):
             raise ClipError(
                 str(path), found=f"a person ({clip.source.dialect})", expected="a robot's joints",
-                cure=f"retarget it first: {line('dance-retarget', path)}",
+                cure=f"retarget it first: {line('dance-retarget', path, '--robot', 'g1')}",
             )  # fmt: skip
         if is_reference(path):  # its dance: what is compared with a recording begins where that does
             reference = load_reference(path)

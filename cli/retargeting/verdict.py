@@ -67,6 +67,7 @@ def verdict_of(
         numbers=_numbers(report),
         notes=(
             *dict.fromkeys(_convention(d) for d in dances),
+            *_changed(args),
             *map(str, transitions),
         ),
         doubts=tuple(dict.fromkeys(doubt for dance in dances for doubt in _doubts(dance))),
@@ -100,6 +101,12 @@ def _convention(dance: Danced) -> str:
     kept = [f"{f.what} {f.value}" for f in source.findings if f.option and f.what != "fps"]
     mended = [f"mended: {r}" for r in source.repairs]
     return "; ".join([f"{dance.path.name}: {source.dialect}", f"{dance.fps:.6g} fps", *kept, *mended])
+
+
+def _changed(args: Arguments) -> list[str]:
+    """What was asked to be another way than it was recorded."""
+    mirrored = ["left and right exchanged, as asked for (--mirror)"] if args.mirror else []
+    return [*mirrored, *([f"{args.speed:g} times as fast as recorded (--speed)"] if args.speed != 1.0 else [])]
 
 
 def _doubts(dance: Danced) -> list[str]:

@@ -49,6 +49,8 @@ class _Lines:
     def __call__(self, stage: str, done: int, total: int, note: str = "") -> None:
         now = time.monotonic()
         began, before = self._began.setdefault(stage, (now, done))
+        if done < before or done <= 1:  # a stage that comes again
+            began, before = self._began[stage] = now, done
         if now - self._said < _QUIET_S:
             return
         self._said = now

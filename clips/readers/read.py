@@ -26,6 +26,9 @@ _KNOWN_ELSEWHERE = {
 }
 
 
+_FILMS = b"ftyp", b"matroska", b"webm", b"AVI LIST"  # among the first bytes
+
+
 def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
     """Read a motion file, chosen by its content.
 
@@ -49,6 +52,11 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
     for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
         if raw.head.lstrip().startswith(magic):
             raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt", cure=cure)
+    if any(magic in raw.head[:64] for magic in _FILMS):
+        raise ClipError(
+            raw.name, found="a film", expected="the motion of a body",
+            cure="a pose estimator makes one of it: its SMPL parameters (.npz, .pkl) or its named points (.csv) are read",
+        )  # fmt: skip
     raise ClipError(
         raw.name,
         found=f"content that no reader knows (it begins with {raw.head[:16]!r})",

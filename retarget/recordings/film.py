@@ -25,6 +25,7 @@ def write_film(
     fps: float,
     size: tuple[int, int],
     *,
+    title: str = "",
     frames: int = 0,
     progress: Progress = silent,
 ) -> int:
@@ -36,6 +37,7 @@ def write_film(
         poses: qpos of the robot and of its ghost (None: no ghost), frame by frame.
         fps: of the poses.
         size: width and height in pixels, even numbers.
+        title: stands in a corner, with the seconds.
         frames: how many poses there can be, for those who are told of the progress.
         progress: told after every pose.
 
@@ -51,11 +53,23 @@ def write_film(
         film.send(None)
         for done, (qpos, ghost) in enumerate(poses, start=1):
             if (done - 1) % every == 0:
-                film.send(np.ascontiguousarray(stage.draw(qpos, ghost)))
+                picture = _titled(stage.draw(qpos, ghost), f"{title}  {(done - 1) / fps:.1f} s".strip())
+                film.send(np.ascontiguousarray(picture))
             progress("film", done, frames)
         film.close()
         stage.close()
     return done
+
+
+def _titled(picture: ndarray, text: str) -> ndarray:
+    """The picture with a line of text in its lower left corner."""
+    from PIL import Image, ImageDraw, ImageFont  # comes with Rerun
+
+    image, size = Image.fromarray(picture), max(12, picture.shape[0] // 36)
+    place = size, picture.shape[0] - 2 * size
+    font = ImageFont.load_default(size)
+    ImageDraw.Draw(image).text(place, text, fill=(255, 255, 255), font=font, stroke_width=1, stroke_fill=(0, 0, 0))
+    return np.asarray(image)
 
 
 def _encoder() -> Any:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from clips import OutputError
+from robot_models import has_display
 
 
 def show(save: Callable[[Path], object]) -> None:
@@ -19,10 +20,14 @@ def show(save: Callable[[Path], object]) -> None:
         save: writes a recording to a path.
 
     Raises:
-        OutputError: Rerun's viewer is not installed.
+        OutputError: Rerun's viewer is not installed, or there is no display.
     """
     if importlib.util.find_spec("rerun_cli") is None:
         raise OutputError("viewer", found="no Rerun viewer", expected="it installed", cure="pip install rerun-sdk")
+    if not has_display():
+        raise OutputError(
+            "viewer", found="no display", expected="one", cure="save('dance.rrd') and open it where there is one"
+        )
     path = Path(tempfile.mkdtemp(prefix="dance-")) / "recording.rrd"
     save(path)
     subprocess.Popen([sys.executable, "-m", "rerun_cli", str(path)], start_new_session=True)

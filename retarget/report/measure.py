@@ -55,7 +55,10 @@ def measure(
     physics = [] if dynamics is None else _physics(dynamics)
     if dynamics is not None:
         series["dynamics, 1 is impossible"] = np.minimum(dynamics.score, 4.0)
-    return Report(metrics=(*joints, *body, limbs, *on_feet, *in_air, *physics), series=series)
+    bounds = dict(
+        zip(series, (-1e-3 * gates.penetration_mm, 1e-3 * gates.self_collision_mm, gates.speed_share), strict=False)
+    )
+    return Report(metrics=(*joints, *body, limbs, *on_feet, *in_air, *physics), series=series, bounds=bounds)
 
 
 def _floor(lowest: ndarray, body_pos_w: ndarray, fps: float, robot: RobotModel, gates: Gates) -> list[Metric]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from jaxtyping import Float
 from numpy import ndarray
@@ -82,6 +82,7 @@ class Report:
 
     metrics: tuple[Metric, ...]
     series: Mapping[str, Float[ndarray, "T ..."]]
+    bounds: Mapping[str, float] = field(default_factory=dict)  # of a curve, beyond which a gate is missed
 
     def __str__(self) -> str:
         """Every number, a line each, with its gate."""

@@ -219,4 +219,4 @@ def _worst(
             if metric.worse_than(worst[metric.key]):
                 where = None if metric.where is None else metric.where.later(a / config.fps)
                 worst[metric.key] = replace(metric, where=where)
-    return Report(metrics=tuple(worst.values()), series=whole.series)
+    return Report(metrics=tuple(worst.values()), series=whole.series, bounds=whole.bounds)

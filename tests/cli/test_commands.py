@@ -122,10 +122,12 @@ def test_a_reference_below_the_gate_is_exit_code_1(tmp_path, monkeypatch):
     assert COMMANDS["dance-retarget"](words) == 1
 
 
-def test_a_missing_folder_is_one_line(tmp_path, capsys):
-    words = [str(SAMPLES / "groove.csv"), "-o", str(tmp_path / "no" / "o.npz"), "--end", "1", "--no-recording"]
-    assert COMMANDS["dance-retarget"](words) == 2
-    assert "takes no file" in capsys.readouterr().err
+def test_a_missing_folder_is_made_and_one_that_cannot_be_is_one_line(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    for folder, code in (("new/one", 0), ("file", 2)):
+        words = [str(SAMPLES / "groove.csv"), "-o", str(tmp_path / folder / "o.npz"), "--end", "1", "--no-recording"]
+        assert COMMANDS["dance-retarget"](words) == code
+    assert (tmp_path / "new/one/o.npz").is_file() and "takes no file" in capsys.readouterr().err
 
 
 def test_inspect_tells_what_and_why(capsys):
@@ -245,7 +247,7 @@ def test_inspect_describes_a_file_that_does_not_say_its_rate(tmp_path, capsys):
 
     pose = load_robot("g1").default_qpos
     np.savetxt(tmp_path / "m.csv", np.tile(pose, (30, 1)), delimiter=",")
-    assert COMMANDS["dance-inspect"]([str(tmp_path / "m.csv"), "--quat-order", "wxyz"]) == 0
+    assert COMMANDS["dance-inspect"]([str(tmp_path / "m.csv"), "--quat-order", "wxyz"]) == 1
     said = capsys.readouterr().out
     assert "does not say its rate" in said and "--fps" in said
 

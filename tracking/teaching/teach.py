@@ -228,7 +228,7 @@ def _learn(
             if signals.came:
                 run.stopped = signals.came  # what came since the last save is done again, and comes out the same
             elif run.steps // every > before // every or run.steps >= budget:
-                row = run.evaluate(torch_policy(lesson.actor), lesson.task.robot, pieces, config)
+                row = run.evaluate(torch_policy(lesson.actor), lesson.task.robot, pieces, config, progress)
                 run.curves.append(row | {"loss": lesson.loss})
                 lesson.judged(_score(row, pieces))
                 board.evaluation(run.steps, row)

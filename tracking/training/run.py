@@ -81,7 +81,7 @@ def _learn(
     team, sha, began = trainer.team, motion_set_sha256(pieces), time.perf_counter() - run.seconds
     with TensorBoard(run.folder if team.is_leader else None) as board, Signals() as signals:
         if not run.curves:
-            _judge(run, trainer, pieces, config, board)
+            _judge(run, trainer, pieces, config, board, progress)
         run.stopped = team.broadcast(run.reason_to_stop(config, config.steps))
         told_to, saved = "", time.monotonic()
         while not run.stopped:
@@ -93,7 +93,7 @@ def _learn(
             board.iteration(run.steps, result)
             progress("train", run.steps, run.comes_to(config, config.steps), _line(run, result))
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
-                _judge(run, trainer, pieces, config, board)
+                _judge(run, trainer, pieces, config, board, progress)
                 saved = time.monotonic()
             elif team.broadcast(time.monotonic() - saved > _SAVE_S):  # the leader's clock
                 _save(run, trainer, config, sha)
@@ -102,7 +102,7 @@ def _learn(
             run.stopped = team.broadcast(told_to or run.reason_to_stop(config, config.steps))
         # A run that is told to stop has little time: it saves, and is judged when it is resumed.
         if run.curves[-1]["steps"] != run.steps and not told_to:
-            _judge(run, trainer, pieces, config, board)
+            _judge(run, trainer, pieces, config, board, progress)
         _save(run, trainer, config, sha)
 
 
@@ -113,12 +113,17 @@ def _wanted_kl(c: PpoConfig, run: Run) -> float:
 
 
 def _judge(
-    run: Run, trainer: Trainer, pieces: Sequence[NamedReference], config: TrainConfig, board: TensorBoard
+    run: Run,
+    trainer: Trainer,
+    pieces: Sequence[NamedReference],
+    config: TrainConfig,
+    board: TensorBoard,
+    progress: Progress,
 ) -> None:
     """Evaluate on every piece, note the means, save."""
     row: dict[str, float] = {}
     if trainer.team.is_leader:
-        row = run.evaluate(torch_policy(trainer.actor), trainer.task.robot, pieces, config)
+        row = run.evaluate(torch_policy(trainer.actor), trainer.task.robot, pieces, config, progress)
     row = trainer.team.broadcast(row)
     run.curves.append(row)
     board.evaluation(run.steps, row)

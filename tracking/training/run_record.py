@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from robot_models import RobotModel
+from robot_models.maths import Progress, silent
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
 from tracking.evaluation import Evaluation, evaluate, evaluation_task
@@ -35,14 +36,19 @@ class Run:
     saved: int = 0  # the step that a resumed run goes on from
 
     def evaluate(
-        self, policy: Policy, robot: RobotModel, pieces: Sequence[NamedReference], config: TrainConfig
+        self,
+        policy: Policy,
+        robot: RobotModel,
+        pieces: Sequence[NamedReference],
+        config: TrainConfig,
+        progress: Progress = silent,
     ) -> dict[str, float]:
         """Judge a policy on every piece, on robots that no earlier evaluation had; returns a row of curves."""
         each = max(min(config.fewest_rollouts, config.rollouts), config.rollouts // len(pieces))
         self.evaluations = {
             piece.name: evaluate(
                 policy, robot, piece.reference, evaluation_task(config.task), rollouts=each,
-                seed=config.seed + 1000 + len(self.curves), threads=config.threads,
+                seed=config.seed + 1000 + len(self.curves), threads=config.threads, progress=progress,
             )
             for piece in pieces
         }  # fmt: skip
