@@ -213,6 +213,8 @@ class DynamicsConfig(_Checked):
     effort_gate: float = 0.25  # torque beyond the motor's, of the motor's
     carried: float = 0.1  # of the weight: with less on the floor the ZMP says nothing
     carrying: ContactRule = ContactRule(height=0.01, speed=0.3)  # an unlabelled sole point that carries all the same
+    part_height: float = 0.02  # of any other part of the body that carries [m]
+    level: float = 0.5  # upward part of a sole's normal, above which nothing but the sole of a foot carries
     clear_height: float = 0.03  # a point higher than this carries nothing, whatever its label says [m]
 
 
@@ -225,6 +227,7 @@ class ReportConfig(_Checked):
     shortest_contact: int = 3  # frames; a shorter one is noise
     pivot_rate: float = 1.5  # [rad/s]
     airborne_height: float = 0.02  # of the robot's lowest point [m]
+    down: float = 0.15  # of any joint of the source but the feet's over the floor: flesh that lies on it is as thick [m]
     upright: float = 0.75  # height of the pelvis over the floor, of the leg's length: whoever sits needs no feet
     longest_flight_s: float = 0.8  # what a person jumps; longer ones hover [s]
     under_floor: float = 0.002  # of the robot's lowest point, that counts a frame [m]

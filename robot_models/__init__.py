@@ -3,7 +3,15 @@
 from robot_models.build import BODY_BIT
 from robot_models.catalogue import DEFAULT_ROBOT, find_profile, installed, load_robot, robot_names
 from robot_models.errors import DanceError, RobotError, import_or_refuse
-from robot_models.geometry import SelfCollisions, body_geoms, lowest_point, lowest_points, self_collisions
+from robot_models.geometry import (
+    SelfCollisions,
+    SurfacePoints,
+    body_geoms,
+    lowest_point,
+    lowest_points,
+    self_collisions,
+    surface_points,
+)
 from robot_models.model import CONTACT_NAMES, RobotModel
 from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_text
 from robot_models.profile import FEET, LANDMARKS, RobotProfile, Sole, expand_patterns, read_profile
@@ -53,6 +61,7 @@ __all__ = [
     "RobotProfile",
     "SelfCollisions",
     "Sole",
+    "SurfacePoints",
     "__version__",
     "ancestors",
     "body_geoms",
@@ -85,6 +94,7 @@ __all__ = [
     "self_collisions",
     "skew",
     "sole_corners",
+    "surface_points",
     "tangents",
     "urdf_text",
     "visual_parts",

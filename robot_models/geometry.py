@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models.build import BODY_BIT
@@ -40,6 +42,58 @@ def lowest_points(
             bottom = _geom_bottom(robot.model, geom, body_pos_w[:, body], body_quat_w[:, body])
             lowest[:, body] = np.minimum(lowest[:, body], bottom)
     return lowest
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SurfacePoints:
+    """Where the primitives of a robot's bodies may touch the floor: N spheres (of no radius: corners) fixed to bodies."""
+
+    body: Int[ndarray, "N"]  # place in `body_names`
+    offset: Float[ndarray, "N 3"]  # of the centre in the body's frame [m]
+    radius: Float[ndarray, "N"]  # [m]
+
+    def heights(self, pos: Float[ndarray, "T B 3"], quat: Float[ndarray, "T B 4"]) -> Float[ndarray, "T N"]:
+        """Of their lowest points over z = 0 [m]."""
+        up = rot.to_matrix(quat)[:, :, 2]
+        return np.asarray(pos[:, self.body, 2] + (up[:, self.body] * self.offset).sum(axis=2) - self.radius)
+
+
+@lru_cache(maxsize=16)
+def surface_points(robot: RobotModel) -> SurfacePoints:
+    """The ends of capsules, the corners of boxes, the rims of cylinders, the middles of spheres and the like."""
+    import mujoco
+
+    m, place = robot.model, {b: i for i, b in enumerate(robot.body_ids)}
+    bodies, offsets, radii = list[int](), list[ndarray](), list[float]()
+    ends = np.array([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)])
+    corners = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    around = np.arange(8) * np.pi / 4.0
+    rim = np.array([(np.cos(a), np.sin(a), z) for a in around for z in (-1.0, 1.0)])
+    for geom in body_geoms(robot):
+        body = int(m.geom_bodyid[geom])
+        frame = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+        while body not in place:  # welded to one that is
+            frame = (
+                m.body_pos[body] + rot.rotate(m.body_quat[body], frame[0]),
+                rot.multiply(m.body_quat[body], frame[1]),
+            )
+            body = int(m.body_parentid[body])
+        size, kind = m.geom_size[geom], m.geom_type[geom]
+        if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+            points, radius = ends * size[1], float(size[0])
+        elif kind == mujoco.mjtGeom.mjGEOM_BOX:
+            points, radius = corners * size, 0.0
+        elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+            points, radius = rim * (size[0], size[0], size[1]), 0.0
+        else:
+            points, radius = np.zeros((1, 3)), float(size[0])
+        points = m.geom_pos[geom] + rot.rotate(m.geom_quat[geom], points)
+        bodies += [place[body]] * len(points)
+        offsets += list(frame[0] + rot.rotate(frame[1], points))
+        radii += [radius] * len(points)
+    return SurfacePoints(
+        body=np.array(bodies, dtype=int), offset=np.array(offsets).reshape(-1, 3), radius=np.array(radii)
+    )
 
 
 def body_geoms(robot: RobotModel) -> list[int]:

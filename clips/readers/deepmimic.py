@@ -17,6 +17,7 @@ from clips.provenance import Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 
 _OFF_UNIT = 0.06  # of a quaternion's length: the layout's own files are up to 0.05 off, for they were blended
+_LONGEST = 4.0  # of the shortest duration of a frame
 _COLUMNS = 44  # duration, root position and quaternion, then the joints below
 # name, parent, offset [m], numbers in the file: 4 a quaternion, 1 an angle about z, 0 fixed.
 _LEGS_AND_ARMS = (
@@ -67,14 +68,19 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     if not (np.abs(rows) < 1e6).all():
         raise ClipError(raw.name, found="numbers that are not finite, or absurd", expected="metres and radians")
     steps = rows[:-1, 0]
-    if not (steps > 0.0).all() or np.ptp(steps) > 1e-3 * steps.mean():
+    if not (steps > 0.0).all() or steps.max() > _LONGEST * steps.min():
         raise ClipError(
-            raw.name, found=f"frames of {steps.min():.4g} to {steps.max():.4g} s", expected="one duration for all"
+            raw.name, found=f"frames of {steps.min():.4g} to {steps.max():.4g} s", expected="durations that are alike"
         )
-    fps = float(1.0 / steps.mean())
+    step = float(np.median(steps))
+    fps = 1.0 / step
     fps = float(round(fps)) if abs(fps - round(fps)) < 2e-3 * fps else fps
     names = [name for name, *_ in _SKELETON]
     positions, turns = _pose(rows, raw.name)
+    told = f"column 0: {step:.6g} s per frame"
+    if np.ptp(steps) > 1e-3 * step:
+        told = f"column 0: {steps.min():.4g} to {steps.max():.4g} s per frame, brought to one rate"
+        positions, turns = _evenly(positions, turns, steps, fps)
     return human_clip(
         raw,
         dialect="DeepMimic txt, humanoid3d",
@@ -87,12 +93,24 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
         findings=[
             Finding(
                 what="fps", value=f"{options.fps or fps:g}", confidence="stated", option="fps",
-                why="given" if options.fps else f"column 0: {steps.mean():.6g} s per frame",
+                why="given" if options.fps else told,
             ),
             Finding(what="quaternion order", value="wxyz", why="the layout's; norms checked", confidence="stated"),
         ],
         landmarks={n: n for n in names if "_" in n} | {"pelvis": "root", "chest": "chest", "neck": "neck", "head": "head"},
     )  # fmt: skip
+
+
+def _evenly(
+    positions: np.ndarray, turns: np.ndarray, steps: np.ndarray, fps: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and turns of frames of unequal durations, at one rate."""
+    times = np.concatenate(([0.0], np.cumsum(steps)))
+    at = np.interp(np.arange(int(times[-1] * fps + 1e-6) + 1) / fps, times, np.arange(len(times)))
+    low = np.minimum(at.astype(int), len(positions) - 2)
+    part = (at - low)[:, None]
+    there = positions[low] + part[..., None] * (positions[low + 1] - positions[low])
+    return there, rot.slerp(turns[low], turns[low + 1], np.broadcast_to(part, turns[low].shape[:-1]))
 
 
 def _pose(rows: np.ndarray, where: str) -> tuple[np.ndarray, np.ndarray]:

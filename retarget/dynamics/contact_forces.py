@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from retarget.dynamics.support import SolePoints, layout_of
+from retarget.dynamics.floor_points import FloorPoints, layout_of
 from robot_models import Kinematics, RobotModel, ancestors, kinematics, moved
 from robot_models.maths import rotation as rot
 
@@ -46,7 +46,7 @@ class ForceCone:
     edges_w: Float[ndarray, "T P 4 3"]  # generators; 0 where a point does not touch
     wrench: Float[ndarray, "T 6 N"]  # moment about the CoM and force [gates] per share
     torque: Float[ndarray, "T L N"]  # of the legs' joints [N m] per share
-    legs: Int[ndarray, "L"]  # joints between root and soles
+    joints: Int[ndarray, "L"]  # between the root and what carries
     per_torque: Float[ndarray, "L"]  # what a torque counts beside the gates
 
     def at(self, frames: Int[ndarray, "F"]) -> ForceCone:
@@ -74,12 +74,12 @@ class ForceCone:
             torque: of all joints, were the wrench to act on the root.
             start: the dual of nearly the same problem, which saves most of the work.
         """
-        target = np.concatenate((wrench, -torque[:, self.legs] * self.per_torque), axis=1)
+        target = np.concatenate((wrench, -torque[:, self.joints] * self.per_torque), axis=1)
         return nonnegative_ridge(self.matrix, target, PER_WEIGHT, start)
 
 
 def force_cone(
-    kin: Kinematics, points: SolePoints, com_w: Float[ndarray, "T 3"], weight: float, gates: Float[ndarray, "6"]
+    kin: Kinematics, points: FloorPoints, com_w: Float[ndarray, "T 3"], weight: float, gates: Float[ndarray, "6"]
 ) -> ForceCone:
     """The cone of what touching sole points can give.
 
@@ -91,32 +91,34 @@ def force_cone(
         gates: a gate's moment and force [N m, N], per axis.
     """
     robot = kin.robot
-    legs = leg_joints(robot)
+    joints = carrying_joints(robot, points.pos_w.shape[1])
     edges = friction_pyramid(points.yaw, robot.profile.friction) * points.in_contact[..., None, None]
     arm = points.pos_w - com_w[:, None]
     about_com = np.concatenate((rot.cross(arm[:, :, None], edges), edges), axis=-1)
     about_origin = np.concatenate((rot.cross(points.pos_w[:, :, None], edges), edges), axis=-1)
     # What a force takes off a joint's torque is its wrench along the joint's screw.
-    screws = kin.screws[:, None, 6 + legs].swapaxes(2, 3) * moved(robot)[list(points.body)][:, None, 6 + legs]
+    screws = kin.screws[:, None, 6 + joints].swapaxes(2, 3) * moved(robot)[points.body][:, :, None, 6 + joints]
     return ForceCone(
         weight=weight,
         edges_w=edges,
         wrench=_columns(about_com) * (weight / gates)[:, None],
         torque=-weight * _columns(about_origin @ screws),
-        legs=legs,
-        per_torque=np.sqrt(_PER_EFFORT) / robot.effort[legs],
+        joints=joints,
+        per_torque=np.sqrt(_PER_EFFORT) / robot.effort[joints],
     )
 
 
-def leg_joints(robot: RobotModel) -> Int[ndarray, "L"]:
-    """The joints between the root and the soles."""
+def carrying_joints(robot: RobotModel, points: int) -> Int[ndarray, "L"]:
+    """The joints between the root and so many points: those of the legs, or all where more than soles may carry."""
+    if points > len(layout_of(robot).body):
+        return np.arange(len(robot.joint_names))
     return np.flatnonzero(ancestors(robot)[list(layout_of(robot).body)].any(axis=0))
 
 
 def contact_forces(
     robot: RobotModel,
     qpos: Float[ndarray, "T nq"],
-    points: SolePoints,
+    points: FloorPoints,
     demand: Demand,
     *,
     force_gate: float,
@@ -141,7 +143,7 @@ def contact_forces(
     wanted = np.concatenate((demand.moment_w[on], demand.force_w[on]), axis=1) / gates
     share, _, error[on] = cone.shares(wanted, torque[on])
     out[on] = cone.forces(share)
-    torque[on[:, None], cone.legs] += (cone.torque @ share[..., None])[..., 0]
+    torque[on[:, None], cone.joints] += (cone.torque @ share[..., None])[..., 0]
     return out, torque, error
 
 

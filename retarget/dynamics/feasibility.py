@@ -76,9 +76,7 @@ def _in_words(d: Dynamics, t: int, cause: str) -> str:
     if cause == "effort":
         return f"{d.worst_joint[t]} needs {d.effort_share[t]:.2f} of its motor's torque"
     in_contact = int(d.in_contact[t].sum())
-    where = (
-        f"{in_contact} of {d.in_contact.shape[1]} sole points touching" if in_contact else "nothing touching the floor"
-    )
+    where = f"{in_contact} of {d.in_contact.shape[1]} points touching" if in_contact else "nothing touching the floor"
     if cause == "force":
         amount = np.linalg.norm(d.residual[t, :3]) / d.weight
         return f"{amount:.2f} of the weight is missing, mostly {_direction(d.residual[t, :3])}, with {where}"

@@ -8,8 +8,8 @@ from numpy import ndarray
 
 from clips import FREE
 from retarget.config import GlideConfig
+from retarget.dynamics.floor_points import carrying_points, layout_of, placed_soles
 from retarget.dynamics.momentum_rate import momentum_rate
-from retarget.dynamics.support import carrying_points, layout_of, placed_points
 from robot_models import CONTACT_NAMES, RobotModel, kinematics
 from robot_models.maths import close_gaps
 
@@ -35,10 +35,10 @@ def gliding_edges(
     kin = kinematics(robot, qpos)
     demand = momentum_rate(kin, qpos, 1.0 / fps).demand
     lift = demand.force_w[:, 2] / demand.weight
-    points, _ = placed_points(robot, kin.pos, kin.quat)
+    points, _ = placed_soles(robot, kin.pos, kin.quat)
     edge = np.array(layout_of(robot).edge)
     height = np.stack([points[:, edge == k, 2].max(axis=1) for k in range(len(CONTACT_NAMES))], axis=1)
-    alone = ~carrying_points(robot, points, contact, fps).any(axis=1)
+    alone = ~carrying_points(robot, kin.pos, kin.quat, contact, fps).any
     low = (height < height.min(axis=1, keepdims=True) + config.level) & (height < config.height)
     glides = (alone & (lift > config.carried))[:, None] & low & (contact == FREE)
     shortest = max(1, round(config.gap_s * fps))

@@ -1,6 +1,6 @@
 """Whether a robot can do a motion at all: rigid-body dynamics of a reference, frame by frame.
 
-Inverse dynamics (Pinocchio) says which contact wrench the motion needs. The sole points that touch give what their
+Inverse dynamics (Pinocchio) says which contact wrench the motion needs. The points that touch give what their
 friction cones allow, as little off that wrench as can be; what is missing would have to come from nowhere. A score
 says how bad that is; `stretch` says where and why.
 """
@@ -16,7 +16,8 @@ from numpy import ndarray
 from clips import Reference
 from retarget.config import DynamicsConfig
 from retarget.dynamics.contact_forces import Demand, contact_forces
-from retarget.dynamics.support import continuous_ranges, outside_support, sole_points
+from retarget.dynamics.floor_points import continuous_ranges, floor_points
+from retarget.dynamics.support import outside_support
 from retarget.errors import RetargetError
 from robot_models import RobotModel, pinocchio_model, pinocchio_q, pinocchio_v
 from robot_models.maths import rotation as rot
@@ -26,16 +27,17 @@ _RULES = DynamicsConfig()
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Dynamics:
-    """What a motion asks of floor and motors. T frames, J joints, P sole points (left foot's first)."""
+    """What a motion asks of floor and motors. T frames, J joints, P floor points (soles first)."""
 
     fps: float
     joint_names: tuple[str, ...]
     weight: float  # [N]
     joint_torque: Float[ndarray, "T J"]  # with the contact forces below, armature included, friction not [N m]
     in_contact: Bool[ndarray, "T P"]  # points that may carry force
-    foot_force_w: Float[ndarray, "T P 3"]  # of the floor on the sole points [N]
+    point_w: Float[ndarray, "T P 3"]  # [m]
+    force_w: Float[ndarray, "T P 3"]  # of the floor on the points [N]
     net_wrench_w: Float[ndarray, "T 6"]  # contact force [N] and moment about the CoM [N m] that the motion needs
-    residual: Float[ndarray, "T 6"]  # the part of it that the sole points cannot give, same frame and units
+    residual: Float[ndarray, "T 6"]  # the part of it that the points cannot give, same frame and units
     com_w: Float[ndarray, "T 3"]  # [m]
     zmp_w: Float[ndarray, "T 2"]  # on the floor [m]; NaN in flight and where less than 0.1 of the weight is carried
     zmp_outside: Float[ndarray, "T"]  # distance of the ZMP from the hull of the touching points [m]; 0 inside or NaN
@@ -88,7 +90,7 @@ def dynamics_of(reference: Reference, robot: RobotModel) -> Dynamics:
     for a, b in continuous_ranges(reference):
         qvel[a:b], qacc[a:b] = differences(qpos[a:b], 1.0 / reference.fps)
     demand = inverse_dynamics(robot, qpos, qvel, qacc)
-    points = sole_points(reference, robot)
+    points = floor_points(reference, robot)
     forces, torque, error = contact_forces(
         robot, qpos, points, demand, force_gate=_RULES.force_gate, moment_gate=_RULES.moment_gate
     )
@@ -103,7 +105,8 @@ def dynamics_of(reference: Reference, robot: RobotModel) -> Dynamics:
         weight=demand.weight,
         joint_torque=torque,
         in_contact=points.in_contact,
-        foot_force_w=forces,
+        point_w=points.pos_w,
+        force_w=forces,
         net_wrench_w=needed,
         residual=needed - given,
         com_w=demand.com_w,

@@ -86,9 +86,7 @@ def _worst_slide(
 
 def measure_flight(lowest: Float[ndarray, "T"], reference: Reference, source: HumanClip, gates: Gates) -> list[Metric]:
     """Frames in the air, of robot and source, and frames that nothing carries."""
-    points = heel_toe_points(source)
-    height, _ = heights_and_speeds(points, source.fps, own_floor(points))
-    source_up, dance, fps = (height > _RULES.contact.height).all(axis=1), reference.dance, reference.fps
+    source_up, dance, fps = _flying(source), reference.dance, reference.fps
     up = lowest > _RULES.airborne_height
     share, source_share = 100.0 * float(up[dance].mean()), 100.0 * float(source_up.mean())
     off, uncarried = np.zeros((2, len(up)), dtype=bool)
@@ -119,15 +117,23 @@ def _longest(frames: Bool[ndarray, "T"], fps: float) -> Where | None:
     return Where(at_s=max(stretches, key=lambda s: s[1] - s[0])[0], stretches=stretches)
 
 
+def _flying(source: HumanClip) -> Bool[ndarray, "T"]:
+    """Frames in which the feet are over their floor, and the rest of the body is higher than one that lies or kneels."""
+    points = heel_toe_points(source)
+    floor = own_floor(points)
+    height, _ = heights_and_speeds(points, source.fps, floor)
+    up = (height > _RULES.contact.height).all(axis=1)
+    bodies = np.stack([source.point(name) for name in (*source.landmarks, "pelvis")], axis=1)[..., 2]
+    feet = np.array([name.endswith(("ankle", "toe")) for name in (*source.landmarks, "pelvis")])
+    return np.asarray(up & (bodies[:, ~feet] > floor.min() + _RULES.down).all(axis=1))
+
+
 def _uncarried(source: HumanClip) -> tuple[Bool[ndarray, "T"], Bool[ndarray, "T"]]:
     """The upright frames, and of these the ones in which neither a foot stands nor both are in a flight that gravity ends.
 
     A clip that skates, because its travel was lost or its feet float, cannot teach a robot to stand.
     """
-    points = heel_toe_points(source)
-    floor = own_floor(points)
-    height, _ = heights_and_speeds(points, source.fps, floor)
-    flying = np.asarray((height > _RULES.contact.height).all(axis=1))
+    floor, flying = own_floor(heel_toe_points(source)), _flying(source)
     for a, b in intervals_of(flying):
         flying[a:b] = b - a <= _RULES.longest_flight_s * source.fps
     upright = np.asarray(source.point("pelvis")[:, 2] - floor.min() > _RULES.upright * source.leg_length)

@@ -17,15 +17,13 @@ from numpy import ndarray
 from retarget.config import GRAVITY, DynamicsConfig, PhysicsConfig
 from retarget.dynamics import (
     PER_WEIGHT,
+    FloorPoints,
     ForceCone,
     MomentumRate,
-    SolePoints,
+    carrying_joints,
     carrying_points,
     force_cone,
-    layout_of,
-    leg_joints,
     momentum_rate,
-    placed_points,
 )
 from retarget.solver.physics_rows import WRENCH, PhysicsRows
 from robot_models import Kinematics, RobotModel, forces, kinematics, skew
@@ -49,12 +47,13 @@ class FloorWrench:
         self._robot, self._fps, self._config = robot, fps, config
         kin = kinematics(robot, start)
         # Where points carry is settled at the start: the motion shall not flee from what it lacks.
-        self._carries = carrying_points(robot, placed_points(robot, kin.pos, kin.quat)[0], contact, fps, airborne)
+        self._carrying = carrying_points(robot, kin.pos, kin.quat, contact, fps, airborne)
         self.score = np.zeros(len(start))  # how far every frame is from what can be [gates], as `Dynamics.score`
         self._held = np.zeros(len(start), dtype=bool)
         self._outwards = np.zeros((len(start), WRENCH))
         self._strained = np.zeros((len(start), len(robot.joint_names)), dtype=bool)
-        self._dual = np.zeros((len(start), WRENCH + len(leg_joints(robot))))  # of the forces that were best
+        joints = carrying_joints(robot, self._carrying.soles.shape[1] + self._carrying.parts.shape[1])
+        self._dual = np.zeros((len(start), WRENCH + len(joints)))  # of the forces that were best
 
     def beyond(self, frames: Int[ndarray, "F"], kin: Kinematics, qpos: Float[ndarray, "F nq"]) -> Bool[ndarray, "T"]:
         """Frames of the clip that cannot be, and those around that may help.
@@ -109,15 +108,14 @@ class FloorWrench:
         inner = np.zeros(len(frames), dtype=bool)
         inner[1:-1] = frames[2:] - frames[:-2] == 2
         rate = momentum_rate(kin, qpos, 1.0 / self._fps, inner)
-        pos, yaw = placed_points(self._robot, kin.pos, kin.quat)
-        points = SolePoints(pos_w=pos, in_contact=self._carries[frames], yaw=yaw, body=layout_of(self._robot).body)
+        points = self._carrying.at(frames).placed(self._robot, kin.pos, kin.quat)
         demand = rate.demand
         gates = demand.weight * np.repeat((_RULES.moment_gate, _RULES.force_gate), 3)
         cone = force_cone(kin, points, demand.com_w, demand.weight, gates)
         wanted = np.concatenate((demand.moment_w, demand.force_w), axis=1) / gates
         share, self._dual[frames], _ = cone.shares(wanted, demand.torque, self._dual[frames])
         torque = demand.torque.copy()
-        torque[:, cone.legs] += (cone.torque @ share[..., None])[..., 0] * inner[:, None]
+        torque[:, cone.joints] += (cone.torque @ share[..., None])[..., 0] * inner[:, None]
         residual = (wanted - (cone.wrench @ share[..., None])[..., 0]) * inner[:, None]
         return _State(
             rate=rate,
@@ -132,9 +130,9 @@ class FloorWrench:
 
     def _levers(self, kin: Kinematics, state: _State, at: ndarray) -> Float[ndarray, "F 6 nv"]:
         """The moment about the CoM that contact forces lose as their points move, per unit of every coordinate [N m]."""
-        bodies, pos = list(state.points.body), state.points.pos_w[at]
-        moves = kin.at(at).derivatives(np.repeat(bodies, 3), forces(pos).reshape(len(at), 3 * len(bodies), 6))
-        moves = moves.reshape(len(at), len(bodies), 3, moves.shape[2])
+        bodies, pos = state.points.body[at], state.points.pos_w[at]
+        moves = kin.at(at).derivatives(np.repeat(bodies, 3, axis=1), forces(pos).reshape(len(at), 3 * bodies.shape[1], 6))
+        moves = moves.reshape(*bodies.shape, 3, moves.shape[2])
         force = state.cone.at(at).forces(state.share[at])
         moment = (skew(force) @ moves).sum(axis=1)
         return np.concatenate((moment, np.zeros_like(moment)), axis=1)
@@ -152,7 +150,7 @@ class FloorWrench:
             inertia = state.rate.mass.mass_matrix(at[some])[:, 6:] / state.rate.dt**2
             bare = np.stack((inertia, -2.0 * inertia, inertia))  # of the torques, were the wrench to act on the root
             bare[1] += state.rate.mass.holding_torques(at[some], GRAVITY)
-            part, legs = face.at(some), state.cone.legs
+            part, legs = face.at(some), state.cone.joints
             bare[:, :, legs] += part.torque @ part.shares(needed[:, some], bare[:, :, legs])
             sign = np.take_along_axis(np.sign(state.torque[at]), joints, axis=1)
             slope = np.where(real, sign / (_RULES.effort_gate * self._robot.effort[joints]), 0.0)
@@ -165,7 +163,7 @@ class _State:
     """What some frames need, and what they get. F frames."""
 
     rate: MomentumRate
-    points: SolePoints
+    points: FloorPoints
     cone: ForceCone
     gates: Float[ndarray, "6"]  # [N m, N]
     wanted: Float[ndarray, "F 6"]  # wrench [gates]

@@ -35,8 +35,8 @@ class Kinematics:
         """Some of the frames."""
         return replace(self, pos=self.pos[frames], quat=self.quat[frames], screws=self.screws[frames])
 
-    def derivatives(self, bodies: Int[ndarray, "R"], wrenches: Float[ndarray, "T R 6"]) -> Float[ndarray, "T R nv"]:
-        """How fast each body follows its wrench, per unit of every coordinate."""
+    def derivatives(self, bodies: Int[ndarray, "*#T R"], wrenches: Float[ndarray, "T R 6"]) -> Float[ndarray, "T R nv"]:
+        """How fast each body follows its wrench, per unit of every coordinate; bodies in all frames alike, or frame by frame."""
         out: ndarray = wrenches @ self.screws.swapaxes(1, 2)
         out *= moved(self.robot)[bodies]
         return out

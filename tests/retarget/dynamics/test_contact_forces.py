@@ -11,8 +11,9 @@ from standing import free_model, mujoco_inverse, reference_of, standing
 
 from retarget.dynamics.contact_forces import friction_pyramid, nonnegative_ridge
 from retarget.dynamics.feasibility import hardest_stretches
+from retarget.dynamics.floor_points import floor_points
 from retarget.dynamics.inverse_dynamics import differences, dynamics_of
-from retarget.dynamics.support import outside_support, sole_points
+from retarget.dynamics.support import outside_support
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 
@@ -21,7 +22,7 @@ def generalised(robot, data, points, t, forces):
     """J^T f of forces on the sole points, by MuJoCo's Jacobians."""
     out, jacobian = np.zeros(robot.model.nv), np.zeros((3, robot.model.nv))
     for k, force in enumerate(forces):
-        body = robot.body_ids[points.body[k]]
+        body = robot.body_ids[points.body[t, k]]
         mujoco.mj_jac(robot.model, data, jacobian, None, points.pos_w[t, k], body)
         out += jacobian.T @ force
     return out
@@ -46,16 +47,16 @@ def test_standing_needs_the_weight_and_gets_it(dancer):
     assert d.score.max() < 0.1 and not hardest_stretches(d)
     model = free_model(dancer)
     data, theirs = mujoco_inverse(model, dancer.default_qpos, np.zeros(model.nv), np.zeros(model.nv))
-    left = theirs - generalised(dancer, data, sole_points(reference, dancer), 0, d.foot_force_w[0])
+    left = theirs - generalised(dancer, data, floor_points(reference, dancer), 0, d.force_w[0])
     np.testing.assert_allclose(d.joint_torque[0], left[6:], atol=1e-6 * np.abs(left[6:]).max())
     np.testing.assert_allclose(d.residual[0, :3], left[:3], atol=1e-6 * d.weight)
 
 
 def test_forces_stay_in_the_friction_cone_and_on_touching_points(groove_like):
     robot, _, d = groove_like
-    tangent = np.linalg.norm(d.foot_force_w[..., :2], axis=-1)
-    assert (tangent <= robot.profile.friction * d.foot_force_w[..., 2] + 1e-9).all()
-    assert (d.foot_force_w[~d.in_contact] == 0.0).all()
+    tangent = np.linalg.norm(d.force_w[..., :2], axis=-1)
+    assert (tangent <= robot.profile.friction * d.force_w[..., 2] + 1e-9).all()
+    assert (d.force_w[~d.in_contact] == 0.0).all()
     assert d.solve_error.max() < 1e-6
 
 
@@ -63,10 +64,10 @@ def test_torques_and_forces_of_a_dance_fulfil_the_equation_of_motion(groove_like
     robot, reference, d = groove_like
     model = free_model(robot)
     qvel, qacc = differences(reference.qpos, 1.0 / reference.fps)
-    points = sole_points(reference, robot)
+    points = floor_points(reference, robot)
     for t in range(1, reference.frames - 1, 17):
         data, theirs = mujoco_inverse(model, reference.qpos[t], qvel[t], qacc[t])
-        left = theirs - generalised(robot, data, points, t, d.foot_force_w[t])
+        left = theirs - generalised(robot, data, points, t, d.force_w[t])
         np.testing.assert_allclose(d.joint_torque[t], left[6:], atol=1e-8 * np.abs(theirs).max())
         np.testing.assert_allclose(d.residual[t, :3], left[:3], atol=1e-8 * np.abs(theirs).max())
 
@@ -75,7 +76,7 @@ def test_the_zmp_is_the_centre_of_pressure_where_the_feet_can_give_it(groove_lik
     robot, reference, d = groove_like
     given = d.score < 1e-3
     assert given.sum() > 100 and np.abs(d.net_wrench_w[given, :2]).max() > 0.05 * d.weight
-    at, force = sole_points(reference, robot).pos_w, d.foot_force_w
+    at, force = floor_points(reference, robot).pos_w, d.force_w
     moment = at[..., :2] * force[..., 2:] - at[..., 2:] * force[..., :2]
     pressure = moment.sum(axis=1) / force[..., 2].sum(axis=1, keepdims=True)
     # A thousandth of the weight that is missing, half a metre up, is half a millimetre on the floor.
@@ -126,7 +127,7 @@ def test_the_answer_does_not_turn_with_the_world(groove_like):
     qpos[:, 3:7] = rot.multiply(turn, qpos[:, 3:7])
     other = dynamics_of(reference_of(robot, qpos, label=reference.contact, fps=reference.fps), robot)
     np.testing.assert_allclose(other.score, d.score, atol=1e-5)
-    np.testing.assert_allclose(other.foot_force_w, rot.rotate(turn, d.foot_force_w), atol=1e-3)
+    np.testing.assert_allclose(other.force_w, rot.rotate(turn, d.force_w), atol=1e-3)
     np.testing.assert_allclose(other.zmp_outside, d.zmp_outside, atol=1e-6)
 
 
@@ -135,7 +136,7 @@ def test_a_point_carries_where_it_is_labelled_or_low_and_slow_and_one_frame_arou
     qpos[:, 2] += np.array([0, 0, 0, 0, 1, 2, 4, 6, 7, 8, 8, 8]) * 0.005  # [m]; 0.25 to 0.5 m/s on the way
     label = np.zeros((12, 4), dtype=int)
     label[5] = [1, 0, 2, 0]
-    points = sole_points(reference_of(dancer, qpos, label=label), dancer)
+    points = floor_points(reference_of(dancer, qpos, label=label), dancer)
     edges = points.in_contact[:, [0, 2, 4, 6]]  # left heel, left toe, right heel, right toe
     low = [True] * 4 + [True] + [False] * 7  # frame 4 is 5 mm high and as fast as 0.25 m/s; frame 5 beside it
     np.testing.assert_array_equal(edges[:, 1], np.array(low) | (np.arange(12) == 5))
@@ -144,4 +145,4 @@ def test_a_point_carries_where_it_is_labelled_or_low_and_slow_and_one_frame_arou
     np.testing.assert_array_equal(edges[:, 2:], edges[:, :2])
     late = np.zeros((12, 4), dtype=int)
     late[9:] = 1
-    assert not sole_points(reference_of(dancer, qpos, label=late), dancer).in_contact[9:].any()
+    assert not floor_points(reference_of(dancer, qpos, label=late), dancer).in_contact[9:].any()

@@ -77,7 +77,7 @@ def test_the_frame_that_is_named_is_the_worst_and_tells_what_touches_there():
     in_contact = np.ones(FRAMES, dtype=bool)
     in_contact[52:] = False
     force = peaks((50, 55, 1.0))
-    for t, said in ((51, "8 of 8 sole points touching"), (53, "nothing touching the floor")):
+    for t, said in ((51, "8 of 8 points touching"), (53, "nothing touching the floor")):
         one = force.copy()
         one[t] *= 3.0
         (worst,) = hardest_stretches(dynamics_by_hand(FRAMES, force=one, in_contact=in_contact))

@@ -10,8 +10,8 @@ pytest.importorskip("pinocchio", reason="no Pinocchio wheels on Windows")
 from standing import G, reference_of, standing
 
 from retarget.dynamics.feasibility import flight_fit, hardest_stretches
+from retarget.dynamics.floor_points import floor_points
 from retarget.dynamics.inverse_dynamics import dynamics_of
-from retarget.dynamics.support import sole_points
 from robot_models.maths import rotation as rot
 
 
@@ -34,7 +34,7 @@ def test_hovering_and_a_leap_from_nowhere_are_impossible(dancer):
 def test_leaning_over_the_toes_is_missed_by_the_zmp(dancer):
     # The stand tipped as one piece about the front edge: gravity's arm is all there is.
     angle, at = 0.45, np.array([dancer.soles["left"].x[1], 0.0, 0.0])
-    points = sole_points(reference_of(dancer, standing(dancer)), dancer).pos_w[0]
+    points = floor_points(reference_of(dancer, standing(dancer)), dancer).pos_w[0]
     at[0] = points[:, 0].max()
     tip = rot.exp(np.array([0.0, angle, 0.0]))
     qpos = standing(dancer)

@@ -69,7 +69,7 @@ def test_a_simulated_squat_has_the_simulators_contact_forces(dancer):
     inner = slice(2, -2)
     np.testing.assert_allclose(d.net_wrench_w[inner, :3], total[inner, :3], atol=3e-4 * d.weight)
     np.testing.assert_allclose(d.net_wrench_w[inner, 3:], total[inner, 3:], atol=3e-4 * d.weight)
-    ours = np.stack((d.foot_force_w[:, :4].sum(axis=1), d.foot_force_w[:, 4:].sum(axis=1)), axis=1)
+    ours = np.stack((d.force_w[:, :4].sum(axis=1), d.force_w[:, 4:].sum(axis=1)), axis=1)
     np.testing.assert_allclose(ours[inner, :, 2], feet[inner, :, 2], atol=3e-4 * d.weight)
     assert d.score[inner].max() < 0.1
 
@@ -112,7 +112,7 @@ def test_on_one_leg_foot_force_and_torques_are_the_simulators(dancer):
     d = dynamics_of(reference_of(dancer, qpos, label=np.array([1, 1, 0, 0]), fps=100.0), dancer)
     inner = slice(2, -2)
     assert d.in_contact[:, :4].all() and not d.in_contact[:, 4:].any()
-    np.testing.assert_allclose(d.foot_force_w[inner].sum(axis=1), feet[inner, 0, :3], atol=5e-4 * d.weight)
+    np.testing.assert_allclose(d.force_w[inner].sum(axis=1), feet[inner, 0, :3], atol=5e-4 * d.weight)
     # The foot's wrench follows from the motion, so the torques do.
     np.testing.assert_allclose(d.joint_torque[inner], motors[inner], atol=5e-4 * np.abs(motors).max())
     assert d.score[inner].max() < 0.1

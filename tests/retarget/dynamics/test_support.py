@@ -8,7 +8,8 @@ from scipy.optimize import nnls
 from standing import reference_of, standing
 
 from clips import FREE, PIVOTING, PLANTED
-from retarget.dynamics.support import continuous_ranges, outside_support, sole_points
+from retarget.dynamics.floor_points import continuous_ranges, floor_points
+from retarget.dynamics.support import outside_support
 from robot_models import sole_corners
 from robot_models.maths import rotation as rot
 
@@ -98,14 +99,14 @@ def test_pieces_part_the_frames_where_segments_do_not_join(dancer, segments, ran
 def test_sole_points_are_on_the_soles_and_turn_with_the_robot(dancer):
     qpos = standing(dancer, 4)
     qpos[:, 7:] += 0.05
-    points = sole_points(reference_of(dancer, qpos), dancer)
+    points = floor_points(reference_of(dancer, qpos), dancer)
     reference = reference_of(dancer, qpos)
     corners = sole_corners(dancer, reference.body_pos_w, reference.body_quat_w).reshape(4, 8, 3)
     # In the plane of each sole and between its corners.
     for k in range(2):
         low, high = (f(corners[:, 4 * k : 4 * k + 4], axis=1) for f in (np.min, np.max))
         on = points.pos_w[
-            :, [i for i, b in enumerate(points.body) if b == dancer.body(list(dancer.soles.values())[k].body)]
+            :, [i for i, b in enumerate(points.body[0]) if b == dancer.body(list(dancer.soles.values())[k].body)]
         ]
         assert (on >= low[:, None] - 1e-9).all() and (on <= high[:, None] + 1e-9).all()
     turn, moved = rot.from_yaw(np.array(1.1)), qpos.copy()
@@ -113,7 +114,7 @@ def test_sole_points_are_on_the_soles_and_turn_with_the_robot(dancer):
         rot.rotate(turn, qpos[:, :3]) + [1.0, 2.0, 0.0],
         rot.multiply(turn[None], qpos[:, 3:7]),
     )
-    there = sole_points(reference_of(dancer, moved), dancer)
+    there = floor_points(reference_of(dancer, moved), dancer)
     np.testing.assert_allclose(there.pos_w, rot.rotate(turn, points.pos_w) + [1.0, 2.0, 0.0], atol=1e-9)
     np.testing.assert_allclose(np.exp(1j * (there.yaw - points.yaw)), np.exp(1.1j), atol=1e-9)
     np.testing.assert_array_equal(there.in_contact, points.in_contact)
@@ -126,7 +127,7 @@ def test_a_point_two_centimetres_up_carries_what_its_label_says_and_lower_or_hig
     for height, expected in ((0.0, True), (0.02, contacts), (0.04, False)):
         qpos = standing(dancer, 5)
         qpos[:, 2] += height
-        assert (sole_points(reference_of(dancer, qpos, label=label), dancer).in_contact == expected).all(), height
+        assert (floor_points(reference_of(dancer, qpos, label=label), dancer).in_contact == expected).all(), height
 
 
 def test_a_point_carries_a_frame_before_and_after_its_touch_but_not_across_a_cut(dancer):
@@ -135,13 +136,13 @@ def test_a_point_carries_a_frame_before_and_after_its_touch_but_not_across_a_cut
     label = np.full((12, 4), FREE)
     label[5:7] = PLANTED
     whole = reference_of(dancer, qpos, label=label)
-    assert sole_points(whole, dancer).in_contact.all(axis=1).tolist() == [4 <= t <= 7 for t in range(12)]
+    assert floor_points(whole, dancer).in_contact.all(axis=1).tolist() == [4 <= t <= 7 for t in range(12)]
     cut = dataclasses.replace(whole, segments=np.array([[0, 7, 0], [7, 12, 0]]))
-    assert sole_points(cut, dancer).in_contact.all(axis=1).tolist() == [4 <= t <= 6 for t in range(12)]
+    assert floor_points(cut, dancer).in_contact.all(axis=1).tolist() == [4 <= t <= 6 for t in range(12)]
 
 
 def test_an_unlabelled_point_on_the_floor_carries_if_it_is_slow(dancer):
     for speed, carries in ((0.2, True), (0.5, False)):
         qpos = standing(dancer, 10)
         qpos[:, 0] += speed * np.arange(10) / 50.0
-        assert (sole_points(reference_of(dancer, qpos, label=FREE), dancer).in_contact == carries).all()
+        assert (floor_points(reference_of(dancer, qpos, label=FREE), dancer).in_contact == carries).all()
