@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 from clips import ContactRule
 from retarget.errors import RetargetError
-
-GRAVITY = 9.81  # both engines' default [m/s^2]
-
-
-class _Checked:
-    """Refuses numbers that no setting can have, in every group of settings by itself."""
-
-    def __post_init__(self) -> None:
-        for f in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, f.name)
-            for number in value if isinstance(value, tuple) else (value,):
-                if isinstance(number, int | float) and not 0.0 <= number <= 1e6:
-                    raise RetargetError(f"setting {f.name}", found=repr(value), expected="a number of at least 0")
+from retarget.rules import Checked, Gates
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactConfig(_Checked):
+class ContactConfig(Checked):
     """When a foot edge counts as touching, on the source's own points.
 
     A touch lasts while the loose pair holds, and must hold the tight pair for the shortest duration within. The report
@@ -49,7 +37,7 @@ class ContactConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FeetConfig(_Checked):
+class FeetConfig(Checked):
     """How feet are led between their stances, and kept off one another."""
 
     ramp_s: float = 0.12  # in which a foot leaves its flat pose towards the source's pitch [s]
@@ -65,7 +53,7 @@ class FeetConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class JumpConfig(_Checked):
+class JumpConfig(Checked):
     """When the source is in the air for certain."""
 
     height: float = 0.04  # of all edges over their own floor, for a moment [m]
@@ -73,7 +61,15 @@ class JumpConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ObjectiveWeights(_Checked):
+class PartsConfig(Checked):
+    """When knees, hands, elbows, seat or shoulders are on the floor."""
+
+    reach: float = 0.05  # over its lowest, from which a part is led to the floor [m]
+    most_flesh: float = 1.5  # of a part's usual thickness, that is taken off a joint's height
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObjectiveWeights(Checked):
     """How firmly each goal is held: per metre for positions and limb vectors, per radian for orientations."""
 
     pelvis_position: float = 10.0
@@ -83,6 +79,7 @@ class ObjectiveWeights(_Checked):
     arm: float = 19.0  # upper arm and forearm
     planted: float = 410.0  # heel and toe edges while they touch
     pivot: float = 40.0  # across the floor, while they turn on purpose
+    part: float = 100.0  # height of a knee, hand, elbow, seat or shoulder that is on the floor
     swing: float = 12.0  # in the air: the legs' directions matter more than the exact path
     planted_roll: float = 20.0  # of a touching foot about its length
     swing_roll: float = 1.0
@@ -92,7 +89,7 @@ class ObjectiveWeights(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class GridStage(_Checked):
+class GridStage(Checked):
     """One grid of the whole-clip solver, coarse to fine."""
 
     step_s: float  # between its frames [s]; never finer than the clip's own
@@ -104,7 +101,7 @@ class GridStage(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class GlideConfig(_Checked):
+class GlideConfig(Checked):
     """When an edge carries although it moves."""
 
     carried: float = 0.3  # of the weight, that a body which does not fall free has under it
@@ -114,7 +111,7 @@ class GlideConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PhysicsConfig(_Checked):
+class PhysicsConfig(Checked):
     """How a motion is bent until floor and motors can give what it needs; residuals are in the gates of `DynamicsConfig`."""
 
     weight: float = 3.0  # of a residual beside the goals; 0 leaves physics out
@@ -128,7 +125,7 @@ class PhysicsConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class WholeClipConfig(_Checked):
+class WholeClipConfig(Checked):
     """The whole-clip solver."""
 
     coarse: GridStage = GridStage(  # before the leads are known
@@ -180,7 +177,7 @@ class WholeClipConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class IkConfig(_Checked):
+class IkConfig(Checked):
     """The per-frame back ends."""
 
     iterations: int = 4  # per frame, warm-started
@@ -201,53 +198,7 @@ class IkConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DynamicsConfig(_Checked):
-    """What counts against a motion: a score of 1 for each of the gates.
-
-    The ratio of the first two, 0.4 m, is about a humanoid's radius of gyration: force and moment weigh alike by how fast
-    they would move its parts.
-    """
-
-    force_gate: float = 0.25  # missing force, of the weight: the CoM would go 2.5 m/s^2 another way
-    moment_gate: float = 0.1  # missing moment, of the weight times 1 m: a ZMP 10 cm out of reach, were no force missing
-    effort_gate: float = 0.25  # torque beyond the motor's, of the motor's
-    carried: float = 0.1  # of the weight: with less on the floor the ZMP says nothing
-    carrying: ContactRule = ContactRule(height=0.01, speed=0.3)  # an unlabelled sole point that carries all the same
-    part_height: float = 0.02  # of any other part of the body that carries [m]
-    level: float = 0.5  # upward part of a sole's normal, above which nothing but the sole of a foot carries
-    clear_height: float = 0.03  # a point higher than this carries nothing, whatever its label says [m]
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReportConfig(_Checked):
-    """The fixed rules of the report: no other setting can flatter it."""
-
-    rate: float = 30.0  # derivatives are compared at this rate [Hz]: at the file's own rate, noise would decide
-    contact: ContactRule = ContactRule(height=0.04, speed=0.25)  # of the source's edges over their own floor
-    shortest_contact: int = 3  # frames; a shorter one is noise
-    pivot_rate: float = 1.5  # [rad/s]
-    airborne_height: float = 0.02  # of the robot's lowest point [m]
-    down: float = 0.15  # of any joint of the source but the feet's over the floor: flesh that lies on it is as thick [m]
-    upright: float = 0.75  # height of the pelvis over the floor, of the leg's length: whoever sits needs no feet
-    longest_flight_s: float = 0.8  # what a person jumps; longer ones hover [s]
-    under_floor: float = 0.002  # of the robot's lowest point, that counts a frame [m]
-    overlap: float = 0.005  # of two bodies, that counts a frame [m]
-
-
-@dataclass(frozen=True, kw_only=True)
-class DiagnosisConfig(_Checked):
-    """What is said about a gate that does not hold."""
-
-    margin_s: float = 0.3  # left out on either side of what is dropped [s]
-    shortest_s: float = 2.0  # a shorter rest is not worth keeping [s]
-    most_dropped: float = 0.4  # of a dance; beyond it one stretch is kept instead
-    most_drops: int = 4
-    slid_m: float = 0.015  # of the recording's own foot, that explains a slide [m]
-    poor_feet: float = 0.1  # share of frames with feet that hover or skate, that explains a poor result
-
-
-@dataclass(frozen=True, kw_only=True)
-class SequenceConfig(_Checked):
+class SequenceConfig(Checked):
     """From one dance into the next."""
 
     transition_s: float = 1.0  # longer where the motors need it [s]
@@ -257,22 +208,7 @@ class SequenceConfig(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Gates(_Checked):
-    """What a reference has to keep to be called feasible."""
-
-    penetration_mm: float = 5.0  # deepest point under the floor
-    slide_mm: float = 30.0  # worst slide of one touch of a foot edge
-    self_collision_mm: float = 10.0  # deepest overlap of two bodies
-    joint_limit_rad: float = 1e-6  # beyond a position limit
-    speed_share: float = 1.0  # of the motors' speed limits, frame to frame
-    acceleration_share: float = 1.0  # of what the motors can do against the default pose's inertia, frame to frame
-    airborne_points: float = 6.0  # difference of the airborne share to the source's, percentage points
-    unsupported_percent: float = 50.0  # of the upright frames, in which feet neither stand nor fly
-    hovering_frames: float = 5.0  # of lead-in and lead-out
-
-
-@dataclass(frozen=True, kw_only=True)
-class RetargetConfig(_Checked):
+class RetargetConfig(Checked):
     """From clip to reference."""
 
     solver: str = "whole-clip"  # or a per-frame one: "mink", "placo"
@@ -285,6 +221,7 @@ class RetargetConfig(_Checked):
     feet: FeetConfig = field(default_factory=FeetConfig)
     glides: GlideConfig = field(default_factory=GlideConfig)
     jumps: JumpConfig = field(default_factory=JumpConfig)
+    parts: PartsConfig = field(default_factory=PartsConfig)
     dynamics: bool = True  # report whether physics allows the motion
     weights: ObjectiveWeights = field(default_factory=ObjectiveWeights)
     whole_clip: WholeClipConfig = field(default_factory=WholeClipConfig)

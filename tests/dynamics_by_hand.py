@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from retarget.config import DynamicsConfig
 from retarget.dynamics.inverse_dynamics import Dynamics
+from retarget.rules import DynamicsConfig
 
 WEIGHT, POINTS = 500.0, 8
 
@@ -25,7 +25,8 @@ def dynamics_by_hand(frames, fps=50.0, *, force=None, moment=None, effort=None, 
     return Dynamics(
         fps=fps, joint_names=("knee",), weight=WEIGHT, joint_torque=np.zeros((frames, 1)),
         in_contact=np.ones((frames, POINTS), dtype=bool) if in_contact is None else np.repeat(in_contact[:, None], POINTS, axis=1),
-        point_w=np.zeros((frames, POINTS, 3)), force_w=np.zeros((frames, POINTS, 3)), net_wrench_w=net, residual=residual, com_w=com,
+        point_w=np.zeros((frames, POINTS, 3)), force_w=np.zeros((frames, POINTS, 3)),
+        net_wrench_w=net, residual=residual, com_w=com,
         zmp_w=np.zeros((frames, 2)), zmp_outside=np.zeros(frames),
         effort_share=np.zeros(frames) if effort is None else 1.0 + DynamicsConfig().effort_gate * effort,
         worst_joint=("knee",) * frames, solve_error=np.zeros(frames),

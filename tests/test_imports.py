@@ -17,7 +17,7 @@ HOUSE = {
         "catalogue draft"
     ),
     "clips": "errors contact config files metrics provenance clip reference reference_file checks edit identify readers writers",
-    "retarget": "errors config targets dynamics solver per_frame report recordings pipeline workflows",
+    "retarget": "errors rules config targets dynamics solver per_frame report recordings pipeline workflows",
     "tracking": "errors config policy run_files engines task evaluation training teaching envs deploy",
     "cli": "shell recordings retargeting evaluating training deploying inspecting judging *",
 }

@@ -16,7 +16,9 @@ from clips.identify import human_clip
 from clips.provenance import Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
 
-_OFF_UNIT = 0.06  # of a quaternion's length: the layout's own files are up to 0.05 off, for they were blended
+_OFF_UNIT = (
+    0.5  # of a quaternion's length: DeepMimic's own are up to 0.42 off, for they were blended; it normalises them
+)
 _LONGEST = 4.0  # of the shortest duration of a frame
 _COLUMNS = 44  # duration, root position and quaternion, then the joints below
 # name, parent, offset [m], numbers in the file: 4 a quaternion, 1 an angle about z, 0 fixed.
@@ -101,9 +103,7 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     )  # fmt: skip
 
 
-def _evenly(
-    positions: np.ndarray, turns: np.ndarray, steps: np.ndarray, fps: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _evenly(positions: np.ndarray, turns: np.ndarray, steps: np.ndarray, fps: float) -> tuple[np.ndarray, np.ndarray]:
     """Positions and turns of frames of unequal durations, at one rate."""
     times = np.concatenate(([0.0], np.cumsum(steps)))
     at = np.interp(np.arange(int(times[-1] * fps + 1e-6) + 1) / fps, times, np.arange(len(times)))

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from retarget.config import GRAVITY
 from retarget.dynamics.inverse_dynamics import Dynamics
+from retarget.rules import GRAVITY
 from robot_models.maths import intervals_of
 
 

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from clips import FREE, Reference, heights_and_speeds
-from retarget.config import DynamicsConfig
+from retarget.rules import DynamicsConfig
 from robot_models import CONTACT_NAMES, FEET, RobotModel, surface_points
 from robot_models.maths import rotation as rot
 

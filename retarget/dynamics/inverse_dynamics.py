@@ -14,11 +14,11 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import Reference
-from retarget.config import DynamicsConfig
 from retarget.dynamics.contact_forces import Demand, contact_forces
 from retarget.dynamics.floor_points import continuous_ranges, floor_points
 from retarget.dynamics.support import outside_support
 from retarget.errors import RetargetError
+from retarget.rules import DynamicsConfig
 from robot_models import RobotModel, pinocchio_model, pinocchio_q, pinocchio_v
 from robot_models.maths import rotation as rot
 

@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from retarget.config import GRAVITY
 from retarget.dynamics.contact_forces import Demand
+from retarget.rules import GRAVITY
 from robot_models import Kinematics, Momentum, momentum, moved, skew, tangents
 from robot_models.maths import rotation as rot
 

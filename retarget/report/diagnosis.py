@@ -11,8 +11,8 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import PLANTED, HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
-from retarget.config import DiagnosisConfig, ReportConfig
 from retarget.report.metric import Metric, Report, Where
+from retarget.rules import DiagnosisConfig, ReportConfig
 from retarget.targets import heel_toe_points
 from robot_models.maths import intervals_of
 

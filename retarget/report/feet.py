@@ -11,8 +11,8 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from clips import HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
-from retarget.config import Gates, ReportConfig
 from retarget.report.metric import Metric, Where
+from retarget.rules import Gates, ReportConfig
 from retarget.targets import foot_yaw_rate, heel_toe_points
 from robot_models import CONTACT_NAMES, RobotModel, heel_toe_positions
 from robot_models.maths import intervals_of

@@ -9,10 +9,10 @@ from numpy import ndarray
 
 from clips import HumanClip, MetricKey, Reference
 from clips.edit import new_times, sample
-from retarget.config import Gates, ReportConfig
 from retarget.dynamics import Dynamics
 from retarget.report.feet import measure_feet, measure_flight
 from retarget.report.metric import Metric, Report, find_worst
+from retarget.rules import Gates, ReportConfig
 from retarget.targets import LIMBS
 from robot_models import RobotModel, SelfCollisions, lowest_points, self_collisions
 from robot_models.maths import rotation as rot

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from retarget.config import GRAVITY, DynamicsConfig, PhysicsConfig
+from retarget.config import PhysicsConfig
 from retarget.dynamics import (
     PER_WEIGHT,
     FloorPoints,
@@ -25,6 +25,7 @@ from retarget.dynamics import (
     force_cone,
     momentum_rate,
 )
+from retarget.rules import GRAVITY, DynamicsConfig
 from retarget.solver.physics_rows import WRENCH, PhysicsRows
 from robot_models import Kinematics, RobotModel, forces, kinematics, skew
 from robot_models.maths import dilate
@@ -131,7 +132,9 @@ class FloorWrench:
     def _levers(self, kin: Kinematics, state: _State, at: ndarray) -> Float[ndarray, "F 6 nv"]:
         """The moment about the CoM that contact forces lose as their points move, per unit of every coordinate [N m]."""
         bodies, pos = state.points.body[at], state.points.pos_w[at]
-        moves = kin.at(at).derivatives(np.repeat(bodies, 3, axis=1), forces(pos).reshape(len(at), 3 * bodies.shape[1], 6))
+        moves = kin.at(at).derivatives(
+            np.repeat(bodies, 3, axis=1), forces(pos).reshape(len(at), 3 * bodies.shape[1], 6)
+        )
         moves = moves.reshape(*bodies.shape, 3, moves.shape[2])
         force = state.cone.at(at).forces(state.share[at])
         moment = (skew(force) @ moves).sum(axis=1)

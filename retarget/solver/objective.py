@@ -31,6 +31,9 @@ class Objective:
     edge_weight: Float[ndarray, "T 4 3"]
     roll_weight: Float[ndarray, "T 2"]
     posture_weight: Float[ndarray, "T J"]
+    part_height: Float[ndarray, "T P"]  # of the lowest points of bodies that are on the floor [m]
+    part_weight: Float[ndarray, "T P"]
+    part_body: Int[ndarray, "T P"]  # place in `body_names`
     contact: Int[ndarray, "T 4"]  # of the edges
     airborne: Bool[ndarray, "T"]  # frames of jumps, in which nothing carries
 
@@ -89,6 +92,9 @@ def make_objective(
         edge_weight=edge_weight,
         roll_weight=weights.swing_roll + in_contact * (weights.planted_roll - weights.swing_roll),
         posture_weight=posture_weight,
+        part_height=targets.parts.height,
+        part_weight=weights.part * targets.parts.share,
+        part_body=targets.parts.body,
         contact=feet.contact,
         airborne=targets.airborne,
     )

@@ -15,7 +15,7 @@ from numpy import ndarray
 from retarget.config import ObjectiveWeights
 from retarget.solver.objective import Objective
 from retarget.targets import LIMBS
-from robot_models import Kinematics, RobotModel, forces
+from robot_models import Kinematics, RobotModel, forces, surface_points
 from robot_models.maths import rotation as rot
 
 _X = np.array([1.0, 0.0, 0.0])
@@ -33,6 +33,9 @@ def residual_rows(objective: Objective, kin: Kinematics) -> tuple[Float[ndarray,
     # A limb is the way from one body to another: where it begins takes its part off again.
     starts = _starts(objective, kin)
     jacobian[:, : len(starts.rows_of)] -= kin.derivatives(starts.rows_of, starts.wrenches)
+    if objective.part_weight.shape[1]:
+        off, by = _parts(objective, kin)
+        error, jacobian = np.concatenate((error, off), axis=1), np.concatenate((jacobian, by), axis=1)
     return error, jacobian, sum(len(g.rows_of) for g in body)
 
 
@@ -102,6 +105,20 @@ def _feet(objective: Objective, kin: Kinematics) -> tuple[_Group, _Group]:
         _Group(bodies=of_edges, error=points - objective.edges, along=forces(points), weight=objective.edge_weight),
         _Group(bodies=feet, error=roll, along=line @ _COUPLES, weight=objective.roll_weight[..., None]),
     )
+
+
+def _parts(objective: Objective, kin: Kinematics) -> tuple[Float[ndarray, "T P"], Float[ndarray, "T P nv"]]:
+    """How high the lowest points of parts are over where they shall be, and how that height changes."""
+    surface = surface_points(kin.robot)
+    height = surface.heights(kin.pos, kin.quat)[:, None]
+    own = surface.body == objective.part_body[..., None]
+    lowest = np.where(own, height, np.inf).argmin(axis=2)
+    point, body = surface.offset[lowest], objective.part_body
+    frame = np.arange(len(kin.pos))[:, None]
+    at = kin.pos[frame, body] + rot.rotate(kin.quat[frame, body], point)
+    by = kin.derivatives(body, forces(at)[..., 2, :])
+    off = np.take_along_axis(height[:, 0], lowest, axis=1) - objective.part_height
+    return objective.part_weight * off, objective.part_weight[..., None] * by
 
 
 def _turn(quat: ndarray, wanted: ndarray) -> ndarray:

@@ -13,7 +13,8 @@ from jaxtyping import Int
 from numpy import ndarray
 
 from clips import FREE, HumanClip, heights_and_speeds, own_floor
-from retarget.config import GRAVITY, JumpConfig
+from retarget.config import JumpConfig
+from retarget.rules import GRAVITY
 from retarget.targets.contacts import heel_toe_points
 from retarget.targets.targets import Targets
 from robot_models.maths import intervals_of

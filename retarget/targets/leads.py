@@ -12,6 +12,7 @@ from clips import FREE, PLANTED
 from retarget.config import RetargetConfig
 from retarget.targets.contacts import UNSTATED
 from retarget.targets.feet import FootTargets, smoothstep
+from retarget.targets.floor_parts import no_parts
 from retarget.targets.targets import Targets, join
 from robot_models import FEET, RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
@@ -71,6 +72,7 @@ def targets_of(robot: RobotModel, qpos: ndarray, feet: FootTargets, like: Target
         limbs={(a, b): pos[:, place(b)] - pos[:, place(a)] for a, b in like.limbs},
         feet=feet,
         airborne=np.zeros(len(qpos), dtype=bool),
+        parts=no_parts(len(qpos)),
         stated=np.full((len(qpos), 4), UNSTATED),
     )
 

@@ -17,6 +17,7 @@ from clips import GLIDING, HumanClip
 from retarget.config import RetargetConfig
 from retarget.targets.contacts import UNSTATED, Contacts
 from retarget.targets.feet import FootTargets, flat_height, foot_targets
+from retarget.targets.floor_parts import FloorParts, floor_parts, join_parts
 from retarget.targets.foot_separation import separate_feet
 from retarget.targets.segment_frames import trunk_frames
 from retarget.targets.stance_width import narrow_stances
@@ -44,6 +45,7 @@ class Targets:
     limbs: Mapping[tuple[str, str], Float[ndarray, "T 3"]]  # (from, to) -> vector of the robot's length [m]
     feet: FootTargets
     airborne: Bool[ndarray, "T"]  # frames of jumps, in which nothing carries
+    parts: FloorParts  # of the body, that come near the floor
     stated: Int[ndarray, "T 4"]  # what the user says each edge does; UNSTATED where nothing
 
     def at(self, frames: Int[ndarray, "F"]) -> Targets:
@@ -57,6 +59,7 @@ class Targets:
             limbs={k: v[frames] for k, v in self.limbs.items()},
             feet=feet,
             airborne=self.airborne[frames],
+            parts=self.parts.at(frames),
             stated=self.stated[frames],
         )
 
@@ -96,6 +99,7 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
         limbs=_limbs(clip, robot, zero_pos),
         feet=feet,
         airborne=np.zeros(clip.frames, dtype=bool),
+        parts=floor_parts(clip, robot, scale, config.parts),
         stated=contacts.stated,
     )
 
@@ -113,6 +117,7 @@ def join(parts: Sequence[Targets]) -> Targets:
         torso_quat=rot.continuous(along(lambda p: p.torso_quat)),
         limbs={k: np.concatenate([p.limbs[k] for p in parts]) for k in parts[0].limbs},
         airborne=along(lambda p: p.airborne),
+        parts=join_parts([p.parts for p in parts]),
         stated=along(lambda p: p.stated),
         feet=FootTargets(
             pos=along(lambda p: p.feet.pos),

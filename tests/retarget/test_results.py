@@ -54,6 +54,11 @@ def test_showing_opens_a_viewer_on_a_whole_recording(groove, monkeypatch):
 
     from retarget.recordings import viewer
 
+    with monkeypatch.context() as patch:
+        patch.setattr(viewer, "has_display", lambda: False)
+        with pytest.raises(OutputError, match="no display"):
+            groove.show()
+    monkeypatch.setattr(viewer, "has_display", lambda: True)
     opened = []
     monkeypatch.setattr(viewer.subprocess, "Popen", lambda words, **_: opened.append(words))
     groove.show()

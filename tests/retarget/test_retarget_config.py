@@ -6,7 +6,8 @@ import math
 import pytest
 
 from retarget import ContactConfig, Gates, IkConfig, ObjectiveWeights, RetargetConfig, RetargetError, WholeClipConfig
-from retarget.config import DynamicsConfig, FeetConfig, JumpConfig, SequenceConfig
+from retarget.config import FeetConfig, JumpConfig, SequenceConfig
+from retarget.rules import DynamicsConfig
 
 FLOATS = [f.name for f in dataclasses.fields(RetargetConfig) if isinstance(getattr(RetargetConfig(), f.name), float)]
 

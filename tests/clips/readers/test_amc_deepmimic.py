@@ -179,8 +179,11 @@ def test_deepmimics_columns_are_its_joints(tmp_path):
     ("change", "said"),
     [
         (lambda r: r[:, :40], "44 columns"),
-        (lambda r: np.where(np.arange(44) == 8, 0.3, r), "chest.*off unit length"),
-        (lambda r: r * np.where(np.arange(44) == 0, np.linspace(1, 3, len(r))[:, None], 1.0), "one duration"),
+        (lambda r: np.where(np.arange(44) == 8, 0.1, r), "chest.*off unit length"),
+        (
+            lambda r: r * np.where(np.arange(44) == 0, np.linspace(1, 9, len(r))[:, None], 1.0),
+            "durations that are alike",
+        ),
         (lambda r: np.where(np.arange(44) == 20, np.nan, r), "not finite"),
     ],
 )
@@ -207,3 +210,16 @@ def test_deepmimics_dancers_stand_as_high_as_is_known(shared, name, low, high):
     )
     feet = [clip.positions[:, clip.names.index(f"{s}_toe"), 2].min() for s in ("left", "right")]
     assert -0.05 < min(feet) < 0.08
+
+
+def test_frames_of_unequal_durations_come_to_one_rate(tmp_path):
+    rows = rest(40)
+    rows[:-1, 0] = np.tile([1 / 60, 1 / 60, 2 / 60], 13)
+    at = np.concatenate(([0.0], np.cumsum(rows[:-1, 0])))
+    rows[:, 1] = 0.5 * at  # walks along x at half a metre a second
+    deepmimic(tmp_path / "m.txt", rows.tolist())
+    clip = read_clip(tmp_path / "m.txt")
+    assert clip.fps == 60.0 and clip.frames == round(at[-1] * 60) + 1
+    way = np.linalg.norm(clip.point("pelvis") - clip.point("pelvis")[0], axis=1)
+    np.testing.assert_allclose(way, 0.5 * np.arange(clip.frames) / 60.0, atol=1e-9)
+    assert any("brought to one rate" in f.why for f in clip.source.findings)

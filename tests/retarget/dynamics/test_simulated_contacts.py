@@ -10,7 +10,10 @@ pytest.importorskip("pinocchio", reason="no Pinocchio wheels on Windows")
 
 from standing import reference_of
 
+from clips import FREE
 from retarget.dynamics.inverse_dynamics import dynamics_of, inverse_dynamics
+from robot_models import BODY_BIT
+from robot_models.maths import rotation as rot
 
 
 def simulated(robot, qpos0, targets, *, record, steps, seconds):
@@ -72,6 +75,30 @@ def test_a_simulated_squat_has_the_simulators_contact_forces(dancer):
     ours = np.stack((d.force_w[:, :4].sum(axis=1), d.force_w[:, 4:].sum(axis=1)), axis=1)
     np.testing.assert_allclose(ours[inner, :, 2], feet[inner, :, 2], atol=3e-4 * d.weight)
     assert d.score[inner].max() < 0.1
+
+
+@pytest.mark.parametrize("turn", [-0.5, 0.5], ids=["on its back", "on its face"])
+def test_a_simulated_robot_that_lies_is_judged_possible_and_one_that_hovers_is_not(dancer, turn):
+    model = copy.deepcopy(dancer.model)
+    own = (model.geom_contype & BODY_BIT) != 0
+    floor = model.geom("floor").id
+    model.geom_conaffinity[floor] |= BODY_BIT
+    model.body_conaffinity[0] |= BODY_BIT
+    assert own.any()
+    data = mujoco.MjData(model)
+    data.qpos[:] = dancer.default_qpos
+    data.qpos[2], data.qpos[3:7] = 0.35, rot.exp(np.array([0.0, turn * np.pi, 0.0]))
+    data.ctrl[:] = dancer.default_joint_pos
+    while data.time < 3.0:
+        mujoco.mj_step(model, data)
+    assert np.abs(data.qvel).max() < 0.02 and data.qpos[2] < 0.3
+    lying = np.repeat(data.qpos[None], 9, axis=0)
+    d = dynamics_of(reference_of(dancer, lying, label=FREE), dancer)
+    assert d.score.max() < 0.2 and not d.flight.any()
+    up = d.force_w[4, :, 2].sum()
+    assert up == pytest.approx(d.weight, rel=1e-3)
+    lying[:, 2] += 0.05
+    assert dynamics_of(reference_of(dancer, lying, label=FREE), dancer).score.min() > 1.0
 
 
 def one_legged(robot):

@@ -22,6 +22,7 @@ def goals_with(posture, weight):
     return Objective(
         weights=ObjectiveWeights(),
         pelvis_pos=np.zeros((frames, 3)), pelvis_quat=np.zeros((frames, 4)), torso_quat=np.zeros((frames, 4)),
+        part_height=np.zeros((frames, 0)), part_weight=np.zeros((frames, 0)), part_body=np.zeros((frames, 0), dtype=int),
         limbs=np.zeros((frames, 8, 3)), edges=np.zeros((frames, 4, 3)), foot_quat=np.zeros((frames, 2, 4)),
         contact=np.zeros((frames, 4), dtype=int),
         airborne=np.zeros(frames, dtype=bool), posture=posture,

@@ -11,7 +11,7 @@ from retarget.solver.free_joints import free_joints
 from retarget.solver.objective import Objective
 from retarget.solver.residuals import residual_rows
 from retarget.targets.targets import LIMBS
-from robot_models import load_robot
+from robot_models import load_robot, surface_points
 from robot_models.maths import rotation as rot
 from robot_models.rigid_body.jacobians import integrate, kinematics
 
@@ -53,6 +53,9 @@ def goals_about(robot, qpos, rng, *, apart, turned):
         edges=middle + missed(4, 3),
         foot_quat=wanted[:, 2:],
         posture=np.zeros((count, len(robot.joint_names))),
+        part_height=np.zeros((count, 0)),
+        part_weight=np.zeros((count, 0)),
+        part_body=np.zeros((count, 0), dtype=int),
         contact=np.zeros((count, 4), dtype=int),
         airborne=np.zeros(count, dtype=bool),
         edge_weight=rng.uniform(0.5, 1.5, (count, 4, 3)),
@@ -86,6 +89,23 @@ def test_every_row_is_the_derivative_of_its_residual_where_no_orientation_is_off
     assert jacobian.shape[1:] == (47, robot.model.nv)
     for name, rows in GROUPS.items():
         assert np.abs(slopes[:, rows]).max() > 0.1, name  # none is idle
+    assert_derivatives(jacobian, slopes)
+
+
+def test_rows_of_parts_on_the_floor_are_heights_of_their_lowest_points_and_their_derivatives(robot, rng):
+    qpos = random_poses(robot, rng)
+    bodies = np.tile([robot.landmark("left_knee"), 0, robot.landmark("right_wrist")], (len(qpos), 1))
+    objective = dataclasses.replace(
+        goals_about(robot, qpos, rng, apart=1.0, turned=np.zeros(3)),
+        part_height=np.zeros(bodies.shape), part_weight=rng.uniform(0.5, 1.5, bodies.shape), part_body=bodies,
+    )  # fmt: skip
+    kin = kinematics(robot, qpos)
+    lowest = surface_points(robot).heights(kin.pos, kin.quat)
+    for k, body in enumerate(bodies[0]):
+        height = lowest[:, surface_points(robot).body == body].min(axis=1)
+        np.testing.assert_allclose(residual_rows(objective, kin)[0][:, 47 + k], objective.part_weight[:, k] * height)
+    jacobian, slopes = both(robot, objective, qpos)
+    assert np.abs(slopes[:, 47:]).max() > 0.1
     assert_derivatives(jacobian, slopes)
 
 
