@@ -14,6 +14,7 @@ from cli.shell import (
     recording_name,
     tell,
 )
+from clips import OutputError
 from tracking import TrackingError
 
 if TYPE_CHECKING:
@@ -30,6 +31,10 @@ def run(args: Arguments) -> int:
     if args.rollouts < 1:
         raise TrackingError("--rollouts", found=str(args.rollouts), expected="at least 1")
     recording_name(args.recording)
+    if args.write_reference is not None and args.write_reference.suffix != ".npz":
+        raise OutputError(
+            f"--write-reference {args.write_reference}", found="that name", expected="a file that ends in .npz"
+        )
     with reference_for(args.ref, args.file, args.tell.console()) as ref:
         return _judge(replace(args, ref=ref))
 
@@ -40,7 +45,12 @@ def _judge(args: Arguments) -> int:
 
     engines = engine_names(args.engine)
     inside = sorted(p.parent for p in args.bundle.glob(f"*/{CONTRACT}")) if args.bundle.is_dir() else []
-    if inside and not (args.bundle / CONTRACT).exists():
+    each = bool(inside) and not (args.bundle / CONTRACT).exists()
+    if args.write_reference is not None and (each or args.sweep):
+        raise TrackingError(
+            "--write-reference", found="a sweep, or policies of several dances", expected="one policy of one dance"
+        )
+    if each:
         return evaluate_each(args, inside, engines)
     bundle = load_bundle(args.bundle, reference=args.ref, robot=args.robot)
     golden = _check_golden(bundle)
@@ -55,7 +65,18 @@ def _judge(args: Arguments) -> int:
         from cli.recordings import save_evaluation
 
         save_evaluation(args.recording, bundle, results, str(args.bundle), lines)
-    return tell(verdict_of(results, args, (golden,)), args.tell, [table])
+    notes = (golden, *([_write_danced(args)] if args.write_reference is not None else []))
+    return tell(verdict_of(results, args, notes), args.tell, [table])
+
+
+def _write_danced(args: Arguments) -> str:
+    """Write what the robot makes of its reference, and say what it is worth."""
+    from tracking.evaluation import danced_reference
+
+    danced = danced_reference(args.bundle, args.robot, args.ref, args.seed)
+    danced.save(args.write_reference or "")
+    missed = ", ".join(m.label for m in danced.report.failures)
+    return f"as it was danced: {f'gates missed: {missed}' if missed else 'every gate holds'}"
 
 
 def _check_golden(bundle: Bundle) -> str:

@@ -20,6 +20,7 @@ class Arguments:
         dance-eval groove-g1 --engine all --recording both.rrd
         dance-eval runs/groove --rollouts 500 --json result.json
         dance-eval groove-g1 --engine all --sweep --picture sweep.png
+        dance-eval groove-g1 --write-reference danced.npz
         dance-eval runs/song
         dance-eval tracker-g1 --ref dance_g1.npz
         dance-eval twist2_1017_20k.onnx --ref dance_g1.npz
@@ -51,6 +52,8 @@ class Arguments:
     """Processes of a sweep; 0: as many as the cores that this process may use."""
     picture: Path | None = None
     """Write the sweep's table as a picture here."""
+    write_reference: Path | None = None
+    """Write here (.npz) what the nominal robot makes of its reference: a reference that has been danced."""
     recording: Path | None = None
     """Write a Rerun recording here: the best, the median and a failed rollout in each engine."""
     file: FileOptions = field(default_factory=FileOptions)

@@ -34,7 +34,7 @@ def verdict_of(results: Mapping[str, Evaluation], args: Arguments, notes: tuple[
     engine, worst = min(results.items(), key=lambda pair: pair[1].finished)
     passed = worst.finished >= GATE
     others = tuple(f"{name}: {outcome_line(r)}" for name, r in results.items() if name != engine)
-    written = () if args.recording is None else (args.recording,)
+    written = tuple(path for path in (args.recording, args.write_reference) if path is not None)
     return Verdict(
         passed=passed,
         line=f"{args.bundle.name} in {engine}: {outcome_line(worst)}",
@@ -80,7 +80,7 @@ def _trouble(result: Evaluation, args: Arguments) -> Trouble:
 def _steps(args: Arguments, passed: bool, written: tuple[Path, ...]) -> tuple[tuple[str, str], ...]:
     look = (
         (line("rerun", written[0]), "look at it")
-        if written
+        if args.recording is not None
         else (again({"--recording": "eval.rrd"}), "record it, to look")
     )
     if not passed:

@@ -2,6 +2,7 @@
 
 from tracking.evaluation.certificate import CERTIFICATE, Certificate, certify, read_certificate, write_certificate
 from tracking.evaluation.condition_sweep import Cell, by_condition, sweep
+from tracking.evaluation.danced import danced_reference
 from tracking.evaluation.pose_stream import PoseStream, stream_policy, stream_reference
 from tracking.evaluation.reference_check import ReferenceCheck, check_reference
 from tracking.evaluation.rollouts import Evaluation, evaluate, evaluation_task, play, start
@@ -18,6 +19,7 @@ __all__ = [
     "by_condition",
     "certify",
     "check_reference",
+    "danced_reference",
     "evaluate",
     "evaluation_task",
     "judge_standing",
