@@ -100,7 +100,9 @@ class Retargeted:
         if path.suffix == ".npz":
             save_reference(self.reference, path)
         elif path.suffix == ".rrd":
-            save_retargeting(path, self.robot, self.reference, self.report, self.diagnoses, self.sources, self.targets)
+            save_retargeting(
+                path, self.robot, self.reference, self.report, self.diagnoses, self.sources, self.targets, self.dynamics
+            )
         elif path.suffix == ".png":
             save_still(path, self.robot, self.reference, self.source)
         else:

@@ -64,7 +64,7 @@ def verdict_of(
     return Verdict(
         passed=report.passed,
         line=f"{said}: {state}",
-        numbers=_numbers(report),
+        numbers=_numbers(result),
         notes=(
             *dict.fromkeys(_convention(d) for d in dances),
             *_changed(args),
@@ -82,8 +82,8 @@ def _gates(report: Report) -> int:
     return sum(m.limit is not None for m in report.metrics)
 
 
-def _numbers(report: Report) -> tuple[str, ...]:
-    value = {m.key: m.value for m in report.metrics}
+def _numbers(result: Retargeted) -> tuple[str, ...]:
+    value = {m.key: m.value for m in result.report.metrics}
     said = [
         f"limbs {value[MetricKey.LIMB_DIRECTION_ERROR]:.1f} deg off the person's",
         f"standing feet slide {value[MetricKey.SLIDE_WORST]:.1f} mm at most",
@@ -91,7 +91,12 @@ def _numbers(report: Report) -> tuple[str, ...]:
     if MetricKey.IMPOSSIBLE_FRAMES in value:
         hard = value[MetricKey.IMPOSSIBLE_FRAMES]
         allowed = math.floor(10.0 * (100.0 - hard)) / 10.0
-        said.append(f"physics allows {allowed:.3g} % of the frames" if hard else "physics allows every frame")
+        worst = (
+            ""
+            if result.dynamics is None
+            else f" (worst at {result.dynamics.score.argmax() / result.dynamics.fps:.1f} s)"
+        )
+        said.append(f"physics allows {allowed:.3g} % of the frames{worst}" if hard else "physics allows every frame")
     return tuple(said)
 
 

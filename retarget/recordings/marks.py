@@ -9,6 +9,7 @@ import numpy as np
 from numpy import ndarray
 
 from clips import FREE, GLIDING, PIVOTING, PLANTED, MetricKey, Reference
+from retarget.dynamics import Dynamics
 from retarget.recordings.scene import RED, Log, slug, timelines
 from retarget.report import Diagnosis
 from robot_models import CONTACT_NAMES, RobotModel, self_collisions
@@ -17,6 +18,9 @@ from robot_models.incoming import printable
 _GREEN = (60, 190, 110, 255)
 _AROUND_S = 0.5  # of a moment without a stretch, that is marked
 _MISSED = "missed"
+_ARROW_M, _ARROW_RADIUS_M = 1.2, 0.01  # length of an arrow as strong as the weight
+_FORCE, _SMALL = (120, 200, 255, 255), 0.01  # share of the weight, below which a force is not drawn
+_NOT_GIVEN = 0.5  # score from which what is missing is drawn
 
 
 def mark_diagnoses(
@@ -61,6 +65,25 @@ def draw_contact_lanes(log: Log, name: str, reference: Reference) -> Callable[[A
         changes = rr.StateChange.columns(state=[states[int(labels[t])] for t in frames])
         log.send_columns(entity, timelines(frames, reference.fps), changes)
     return lambda rrb: rrb.StateTimelineView(name=f"contacts: {name}", origin=f"/contacts/{slug(name)}")
+
+
+def draw_forces(log: Log, dynamics: Dynamics, index: list[Any]) -> None:
+    """The forces of the floor as arrows that end where they act, and in red from the centre of mass what is missing."""
+    scale = _ARROW_M / dynamics.weight
+    given = scale * dynamics.force_w
+    missing = scale * np.where(dynamics.score[:, None] > _NOT_GIVEN, dynamics.residual[:, :3], 0.0)[:, None]
+    _draw_arrows(log, "world/forces/floor", dynamics.point_w - given, given, _FORCE, index)
+    _draw_arrows(log, "world/forces/missing", dynamics.com_w[:, None], missing, RED, index)
+
+
+def _draw_arrows(log: Log, entity: str, at: ndarray, along: ndarray, colour: tuple[int, ...], index: list[Any]) -> None:
+    """Arrows (T, P, 3), in every frame those that are of any length."""
+    import rerun as rr
+
+    shown = np.linalg.norm(along, axis=2) > _SMALL * _ARROW_M
+    log.log(entity, rr.Arrows3D.from_fields(radii=[_ARROW_RADIUS_M], colors=[colour]), static=True)
+    columns = rr.Arrows3D.columns(origins=at[shown].astype(np.float32), vectors=along[shown].astype(np.float32))
+    log.send_columns(entity, index, columns.partition(shown.sum(axis=1)))
 
 
 def _stretches(diagnosis: Diagnosis) -> Sequence[tuple[float, float]]:

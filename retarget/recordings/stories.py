@@ -9,9 +9,10 @@ import numpy as np
 from numpy import ndarray
 
 from clips import HumanClip, Reference
+from retarget.dynamics import Dynamics
 from retarget.recordings import scene
 from retarget.recordings.blueprint import bar_view, line_view, send_blueprint
-from retarget.recordings.marks import draw_contact_lanes, mark_diagnoses
+from retarget.recordings.marks import draw_contact_lanes, draw_forces, mark_diagnoses
 from retarget.report import Diagnosis, Report
 from retarget.targets import Targets
 from robot_models import RobotModel, visual_parts
@@ -25,6 +26,7 @@ def save_retargeting(
     diagnoses: Sequence[Diagnosis],
     sources: Sequence[HumanClip],
     targets: Targets | None = None,
+    dynamics: Dynamics | None = None,
 ) -> None:
     """Source, targets, robot, contacts, the report's curves and what is wrong, of one retargeting.
 
@@ -36,6 +38,7 @@ def save_retargeting(
         diagnoses: of the gates that are missed.
         sources: what was recorded, one for each dance of the reference.
         targets: the solver's, of all dances; None where nothing was solved, and the robot is its own source.
+        dynamics: whose forces are drawn.
     """
     files = " | ".join(dict.fromkeys(source.source.file for source in sources))
     with scene.recording(path, f"{robot.name}: {files}") as log:
@@ -48,6 +51,8 @@ def save_retargeting(
             for source, dance in zip(sources, reference.dances, strict=True):
                 scene.draw_source(log, source, dance.start)
             scene.draw_targets(log, targets, reference, robot)
+        if dynamics is not None:
+            draw_forces(log, dynamics, index)
         scene.plot_curves(log, "plots/report", report.series, index)
         log.log("report", scene.markdown(scene.report_text(report, diagnoses, sources)), static=True)
         marks = mark_diagnoses(log, robot, reference, diagnoses)
