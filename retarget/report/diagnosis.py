@@ -192,7 +192,7 @@ def _of_height(source: HumanClip, t: int) -> str:
     floor = float(own_floor(heel_toe_points(source)).min())
     height = float(source.point("pelvis")[t, 2]) - floor
     if height < _RULES.upright * source.leg_length:
-        return f"the recorded pelvis is {100 * height:.0f} cm over the floor there: floor work, which feet alone cannot carry"
+        return f"the recorded pelvis is {100 * height:.0f} cm over the floor there: floor work"
     return ""
 
 
@@ -231,7 +231,7 @@ def _of_feet(low: float, hovering: float, skating: float) -> str:
     if most < _CONFIG.poor_feet:
         return ""
     if most == low:
-        return f"it kneels, sits or lies in {100 * low:.0f} % of the recording, which feet alone cannot carry"
+        return f"it kneels, sits or lies in {100 * low:.0f} % of the recording: floor work"
     if most == hovering:
         said = f"the recording's own feet hover in {100 * hovering:.0f} % of its frames, longer than any jump"
         return f"{said}, as a video capture's do"
