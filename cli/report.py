@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from cli.judging import Judged, judge_all, metrics_table
+from cli.judging import OWN_FEET, Judged, judge_all, metrics_table
 from cli.shell import (
     FileOptions,
     TellOptions,
@@ -19,6 +19,7 @@ from cli.shell import (
     recording_name,
     tell,
 )
+from clips.checks import check_sway
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +91,10 @@ def _verdict(judged: list[Judged], written: tuple[Path, ...], options: FileOptio
     return Verdict(
         passed=len(good) == len(judged),
         line=said,
-        notes=("what touches is found from the robot's own feet, in every file alike",),
+        notes=(OWN_FEET,),
+        doubts=tuple(
+            f"{j.name}: {rate}" for j, rate in ((j, check_sway(j.clip)) for j in judged) if rate.verdict == "doubtful"
+        ),
         troubles=tuple(Trouble(what=f"{j.name}: {d}") for j in judged for d in j.result.diagnoses),
         written=written,
         steps=(*((line("rerun", path), "look at it") for path in written), *steps),

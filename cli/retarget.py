@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
 from pathlib import Path
 
@@ -12,12 +11,13 @@ from cli.retargeting import (
     check_one,
     details_of,
     is_batch,
+    refuse_beyond,
     report_table,
     retarget_all,
     stretches,
     verdict_of,
 )
-from cli.shell import as_toml, command, progress, some, tell
+from cli.shell import as_toml, command, make_folder, progress, some, tell
 from clips import Clip, at_speed, cut, read_clip, repair, save_reference
 from clips.checks import Check, check_sway, doubts
 from retarget import (
@@ -76,6 +76,7 @@ def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = N
     whole = read_clip(path, args.file.reading())
     if start and args.drop and start >= (whole.frames - 1) / whole.fps:
         return None  # what is dropped reaches beyond its end
+    refuse_beyond(args, end, (whole.frames - 1) / whole.fps)
     recorded = repair(cut(whole, start, end), strict=args.file.strict)
     clip = at_speed(recorded, args.speed)
     misses_s = max(0.0, end - whole.frames / whole.fps) if end is not None else 0.0
@@ -109,11 +110,10 @@ def _save(result: Retargeted, dances: list[Danced], args: Arguments) -> list[Pat
     """Reference, touches and recording, as asked for; the files."""
     name, robot = "_".join(dict.fromkeys(dance.path.stem for dance in dances)), result.robot.name
     written = [args.out or Path(f"{name}_{'again' if name.endswith(f'_{robot}') else robot}.npz")]
-    with contextlib.suppress(OSError):  # what cannot be made is refused where it is written
-        written[0].parent.mkdir(parents=True, exist_ok=True)
+    make_folder(written[0])
     save_reference(result.reference, written[0], float32=args.float32)
     if args.write_contacts:
-        write_contacts(result.contacts, result.reference.fps, args.write_contacts)
+        write_contacts(result.reference.contact[result.reference.dance], result.reference.fps, args.write_contacts)
         written.append(args.write_contacts)
     if args.recording:
         written.append(result.save(written[0].with_suffix(".rrd")))

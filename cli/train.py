@@ -46,7 +46,7 @@ def run(args: Arguments) -> int:
     for file, why in chosen.left_out:
         console.print(f"left out {file.name}: {why}", style="yellow")
     if args.check_ref:
-        return _check(args, chosen, refs)
+        return _check(args, chosen)
     first = refs[0].resolve()
     name = first.name if first.is_dir() else first.stem
     folder = args.out or Path("runs") / (name if len(args.ref) == 1 else f"{len(chosen.pieces)}_references")
@@ -58,8 +58,8 @@ def run(args: Arguments) -> int:
     if args.teacher not in (AUTO, NOBODY):
         named_teacher(args.teacher)
     teacher = _teacher(args, chosen, together)
-    print_plan(console, chosen, folder, teacher)
     keep_beginning(args, folder, teacher)
+    print_plan(console, chosen, folder, teacher)
     if teacher is not None and not args.resume:
         from tracking.teaching import judge_tracker
 
@@ -86,14 +86,14 @@ def _started_by_torchrun() -> tuple[bool, bool]:
     return several, several and int(os.environ.get("RANK", "0")) > 0
 
 
-def _check(args: Arguments, chosen: Selection, refs: list[Path]) -> int:
+def _check(args: Arguments, chosen: Selection) -> int:
     from tracking import check_reference
 
     found = {p.name: check_reference(p.reference, chosen.robot, threads=args.threads) for p in chosen.pieces}
     tables = [detail for name, check in found.items() for detail in (name, check_table(check))]
     others = [ref for ref in args.ref if ref.is_file() and not is_reference(ref)]
     solve = [line("dance-retarget", ref, "--robot", chosen.robot.name, *args.file.words()) for ref in others]
-    return tell(check_verdict(found, refs, solve), args.tell, tables)
+    return tell(check_verdict(found, solve), args.tell, tables)
 
 
 def _teacher(args: Arguments, chosen: Selection, together: bool) -> Path | None:

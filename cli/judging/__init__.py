@@ -1,7 +1,7 @@
 """Robots' motions from any tool, as they stand: read, judged, compared, and given to commands that take references."""
 
 from cli.judging.as_reference import as_references, reference_for
-from cli.judging.judge import Judged, judge_all
+from cli.judging.judge import OWN_FEET, Judged, judge_all
 from cli.judging.tables import difference_table, metrics_table
 
-__all__ = ["Judged", "as_references", "difference_table", "judge_all", "metrics_table", "reference_for"]
+__all__ = ["OWN_FEET", "Judged", "as_references", "difference_table", "judge_all", "metrics_table", "reference_for"]

@@ -11,6 +11,11 @@ from clips import Clip, ClipError, RobotClip, cut, is_reference, load_reference,
 from retarget import Retargeted, as_it_stands
 from robot_models import load_robot
 
+OWN_FEET = (
+    "what touches is found from the robot's own feet, in every file alike: a retargeting, judged by the person's feet, has "
+    "other numbers"
+)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from cli.shell import ClipPath, FileOptions, Out, TellOptions, from_file, from_words
-from clips import OutputError
+from clips import ClipError, OutputError
 from retarget import RetargetConfig, RetargetError
 from robot_models import DEFAULT_ROBOT
 
@@ -103,6 +103,8 @@ def check_one(args: Arguments) -> None:
     Raises:
         DanceError: options that contradict each other.
     """
+    if not args.clip.exists() and "#" not in args.clip.name:
+        raise ClipError(str(args.clip), found="no such file or folder", expected="a motion file, or a folder of them")
     if args.out is not None and (args.out.suffix != ".npz" or args.out.resolve() == args.clip.resolve()):
         raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")
     args.numbers()
@@ -117,10 +119,17 @@ def check_one(args: Arguments) -> None:
             "--ray or --jobs", found="one clip", expected="a folder of clips, or a pattern of names",
             cure="leave them out: one clip is one job",
         )  # fmt: skip
-    several = bool(args.then) or bool(args.drop) or args.loop != 1
-    if several and (edits or args.fit_dynamics or args.loop < 1):
+    if args.loop < 1:
+        raise RetargetError("--loop", found=str(args.loop), expected="at least once")
+    asked = {"--then": args.then, "--drop": args.drop, "--loop": args.loop != 1}
+    several = [name for name, value in asked.items() if value]
+    beside = {
+        "--contacts": args.contacts, "--keys": args.keys, "--write-contacts": args.write_contacts,
+        "--fit-dynamics": args.fit_dynamics,
+    }  # fmt: skip
+    if several and any(beside.values()):
         raise RetargetError(
-            "--then, --loop or --drop", found="--contacts, --keys, --write-contacts, --fit-dynamics, or a loop of less than once",
-            expected="dances without edits of their own, at least once",
-            cure="write each dance to a file first; a reference (.npz) is a clip again",
+            ", ".join(several), found=f"{', '.join(name for name, value in beside.items() if value)} beside it",
+            expected="dances without edits of their own",
+            cure="write each dance to a file first, without leads (--lead-in 0 --lead-out 0); a reference (.npz) is a clip again",
         )  # fmt: skip

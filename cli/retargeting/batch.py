@@ -8,7 +8,7 @@ from pathlib import Path
 
 from cli.retargeting.arguments import Arguments
 from cli.retargeting.batch_verdict import batch_verdict, outcome_lines, outcome_table
-from cli.shell import interrupted_by_signals, progress, tell
+from cli.shell import again, interrupted_by_signals, progress, tell
 from clips import ClipError, OutputError, write_whole
 from retarget import RetargetError
 from retarget.workflows import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
@@ -99,6 +99,12 @@ def _check(args: Arguments) -> None:
     ]  # fmt: skip
     if given:
         raise RetargetError(
-            ", ".join(given), found="several clips or robots beside it", expected="one clip, one robot",
-            cure="retarget that clip by itself",
+            ", ".join(given), found="several clips or robots beside it", expected="one clip, one robot", cure=_alone(args),
         )  # fmt: skip
+
+
+def _alone(args: Arguments) -> str:
+    """What to type instead."""
+    if len(args.clips) == 1 and args.clip.is_file():
+        return f"one robot after the other: {again({'--robot': args.robot.split(',')[0]})}"
+    return "retarget that clip by itself"

@@ -48,6 +48,7 @@ def batch_verdict(outcomes: Sequence[Outcome], table: Path, stated: Sequence[str
         passed=code == DONE,
         code=code,
         line=f"{len(outcomes)} references asked for: {said or 'none'}",
+        doubts=tuple(dict.fromkeys(f"{Path(o.clip).name}: {doubt}" for o in outcomes for doubt in o.doubts)),
         troubles=_troubles(outcomes, stated),
         written=(table,),
         notes=(

@@ -31,6 +31,18 @@ def stretches(args: Arguments) -> list[tuple[float, float | None]]:
     return kept
 
 
+def refuse_beyond(args: Arguments, end: float | None, length_s: float) -> None:
+    """Refuse to drop what a clip of so many seconds does not have; `end` is where one of its stretches ends.
+
+    Raises:
+        RetargetError: it ends where the clip is over.
+    """
+    if args.drop and end is not None and end != args.end and end > length_s:
+        raise RetargetError(
+            f"--drop {' '.join(args.drop)}", found=f"a clip of {length_s:.1f} s", expected="seconds inside it"
+        )
+
+
 def _seconds(stretch: str) -> tuple[float, float]:
     """`13.8-14.3` as numbers."""
     try:

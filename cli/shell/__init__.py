@@ -3,7 +3,7 @@
 from cli.shell.console import Background, make_console
 from cli.shell.extras import PARTS, made_for
 from cli.shell.interrupts import interrupted_by_signals
-from cli.shell.options import ClipPath, FileOptions, Out, recording_name, some
+from cli.shell.options import ClipPath, FileOptions, Out, make_folder, recording_name, some
 from cli.shell.progress_bar import progress
 from cli.shell.settings import as_toml, from_file, from_words
 from cli.shell.telling import TellOptions, tell
@@ -35,6 +35,7 @@ __all__ = [
     "line",
     "made_for",
     "make_console",
+    "make_folder",
     "progress",
     "recording_name",
     "some",

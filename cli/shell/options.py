@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,6 +95,12 @@ def recording_name(path: Path | None) -> None:
     """
     if path is not None and path.suffix != ".rrd":
         raise OutputError(f"--recording {path}", found="that name", expected="a file that ends in .rrd")
+
+
+def make_folder(path: Path) -> None:
+    """Make the folder of a file that was asked for; one that cannot be made is refused where the file is written."""
+    with contextlib.suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
 
 
 ClipPath = Annotated[Path, tyro.conf.Positional]

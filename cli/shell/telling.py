@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from cli.shell.console import make_console
+from cli.shell.options import make_folder
 from cli.shell.verdict import Verdict
 from clips import write_whole
 
@@ -94,6 +95,7 @@ def _write(text: str, path: Path, console: Console) -> None:
     if path == _STDOUT:
         make_console().print(text)
         return
+    make_folder(path)
     with write_whole(path) as stream:
         stream.write(text.encode())
     console.print(f"wrote {path}")

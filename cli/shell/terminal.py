@@ -5,6 +5,7 @@ Exit codes: 0 done; 1 done, below the quality gate; 2 input refused; 3 done, but
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import json
 import os
@@ -21,7 +22,7 @@ from cli.shell.console import as_any_terminal_can, make_console
 from cli.shell.extras import refusal_of
 from cli.shell.settings import split_dotted
 from cli.shell.typed import again, remember, typed_name
-from clips import write_whole
+from clips import OutputError, write_whole
 from clips.identify import MappingNeededError
 from robot_models import DanceError, __version__
 from robot_models.incoming import printable
@@ -80,7 +81,10 @@ def _refuse_as_json(error: DanceError, options: Any) -> None:
     if path == Path("-"):
         print(text)
     else:
-        with write_whole(path) as stream:
+        with (
+            contextlib.suppress(OutputError),
+            write_whole(path) as stream,
+        ):  # that it cannot be written was told, or is less
             stream.write(text.encode())
 
 

@@ -26,14 +26,15 @@ def typed_name() -> str:
     return _TYPED.get()[0]
 
 
-def again(changes: Mapping[str, str]) -> str:
+def again(changes: Mapping[str, str], but: Sequence[str] = ()) -> str:
     """The command that was typed with some options given anew.
 
     Args:
         changes: flag -> what follows it, as typed: nothing for a switch.
+        but: switches that are left out.
     """
     name, words = _TYPED.get()
-    left = list(words)
+    left = [word for word in words if word not in but]
     for given, value in changes.items():
         left = without(left, given, len(shlex.split(value)))
     return " ".join(

@@ -46,8 +46,8 @@ class Arguments:
     """Budget, over which the schedules run: of a taught dance labels, by default as many as its length asks; of PPO control
     steps of all environments together, by default three million."""
     minutes: float = TrainConfig.minutes
-    """Stop learning after this much time, whatever the steps; the last judgement comes on top, a minute on a slow machine.
-    Of a run that goes on, with the time that it took before."""
+    """Stop learning after this much time from now, whatever the steps; the last judgement comes on top, a minute on a slow
+    machine."""
     envs: int = TrainConfig.envs
     """Environments side by side."""
     seed: int = TrainConfig.seed

@@ -8,7 +8,7 @@ from pathlib import Path
 from cli.shell import as_toml
 from cli.training.arguments import Arguments
 from clips import write_whole
-from tracking import AUTO, NOBODY, TrainConfig
+from tracking import AUTO, NOBODY, TrackingError, TrainConfig
 
 _TAUGHT_BY, _SETTINGS = "taught_by.txt", "config.toml"  # in a run's folder
 
@@ -34,10 +34,15 @@ def as_begun(args: Arguments, folder: Path) -> Arguments:
 
 
 def keep_beginning(args: Arguments, folder: Path, teacher: Path | None) -> None:
-    """Keep who teaches, and all settings but how long this part of the run may take: in minutes or in steps."""
-    if not folder.is_dir() and folder.exists():
-        return  # refused in a moment
-    folder.mkdir(parents=True, exist_ok=True)
+    """Keep who teaches, and all settings but how long this part of the run may take: in minutes or in steps.
+
+    Raises:
+        TrackingError: the folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as e:
+        raise TrackingError(str(folder), found=f"no folder ({e.strerror})", expected="a folder for the run") from e
     for name, text in (
         (_TAUGHT_BY, str(teacher or NOBODY)),
         (_SETTINGS, as_toml(_without_budget(args.numbers()))),

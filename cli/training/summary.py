@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from cli.evaluating import outcome_line
-from cli.shell import GATE, Trouble, Verdict, line
+from cli.shell import GATE, Trouble, Verdict, again, line
 from cli.training.beginning import who_taught
 from tracking import LABELS, NOBODY
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tracking.task import Selection
 
 
-def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path], solve: Sequence[str] = ()) -> Verdict:
+def check_verdict(found: Mapping[str, ReferenceCheck], solve: Sequence[str] = ()) -> Verdict:
     """Whether references are worth training on; the worst of them decides. `solve`: commands that solve other tools' anew."""
     bad = {name: check for name, check in found.items() if not check.passed}
     name, worst = min((bad or found).items(), key=lambda pair: pair[1].survived_s)
@@ -35,7 +35,7 @@ def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path], so
     )
     hopeless = any(check.failed_gates for check in bad.values())
     first = tuple(("solve it anew first", command) for command in solve)
-    anyway = (("train on it all the same", line("dance-train", "--ref", *files, "--anyway")),) if hopeless else ()
+    anyway = (("train on it all the same", again({"--anyway": ""}, but=("--check-ref",))),) if hopeless else ()
     return Verdict(
         passed=not bad,
         line=f"{name if len(found) == 1 else f'{len(found)} references'}: {state}",
@@ -45,7 +45,7 @@ def check_verdict(found: Mapping[str, ReferenceCheck], files: Sequence[Path], so
             f"zero action survives {worst.survived_s:.1f} s",
         ),
         troubles=tuple(Trouble(what=f"{name}: {_why(check)}", cures=(*first, *anyway)) for name, check in bad.items()),
-        steps=() if hopeless else ((line("dance-train", "--ref", *files), "a policy that dances it"),),
+        steps=() if hopeless else ((again({}, but=("--check-ref",)), "a policy that dances it"),),
         data={"checks": {name: asdict(check) for name, check in found.items()}},
     )  # fmt: skip
 
@@ -56,8 +56,8 @@ def _why(check: ReferenceCheck) -> str:
     if check.beyond_limits:
         return f"joints are beyond their limits in {100 * check.beyond_limits:.1f} % of the frames"
     return (
-        f"even perfect tracking would earn {100 * check.perfect:.0f} % of the reward, where 90 are asked for: fast or jerky "
-        "seconds cost the rest; slower is easier, and a policy may learn it all the same"
+        f"even perfect tracking would earn {100 * check.perfect:.1f} % of the reward, where 90 are asked for: fast or jerky "
+        "seconds cost the rest; slower (dance-retarget --speed 0.8) is easier; a policy may learn it all the same"
     )
 
 

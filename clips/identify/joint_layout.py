@@ -51,9 +51,9 @@ def choose_layout(raw: RawFile, count: int, options: ReadOptions) -> tuple[str, 
         raw.name,
         found=f"{count} joint values per frame" + (f", which {len(fits)} robots have" if fits else ""),
         expected=f"a known robot's number of joints ({known})",
-        cure="name the robot it was made for",
+        cure="name the robot it was made for, or its profile (.toml)",
         option="source_robot",
-        suggestion=fits[0][0] if fits else "my_robot.toml",
+        suggestion=fits[0][0] if fits else "",
     )
 
 

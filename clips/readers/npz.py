@@ -183,8 +183,8 @@ def _order_by_kinematics(
     found = ", ".join(f"{k} misses by {1000 * v[0]:.0f} mm" for k, v in misses.items()) or f"{stored.shape[1]} bodies"
     raise ClipError(
         raw.name, found=f"bodies that no joint order of {robot.name} reproduces ({found})",
-        expected="body_pos_w that follows from joint_pos", cure="name the robot it was made for", option="source_robot",
-        suggestion="my_robot.toml",
+        expected="body_pos_w that follows from joint_pos",
+        cure="name the robot it was made for, or its profile (.toml)", option="source_robot",
     )  # fmt: skip
 
 
@@ -242,7 +242,7 @@ def _loco_mujoco(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions
     if robot is None:
         raise ClipError(
             f"{raw.name}, joint_names", found=", ".join(names[:4]) + " ...", expected="joints of one robot that is known here",
-            cure="name the robot it was made for", option="source_robot", suggestion="my_robot.toml",
+            cure="name the robot it was made for, or its profile (.toml)", option="source_robot",
         )  # fmt: skip
     qpos = np.asarray(data["qpos"], dtype=float)
     return robot_clip(

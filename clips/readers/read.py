@@ -48,7 +48,7 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
                     raw.name, found=f"person '{options.person}' asked for", expected="1: files of this layout hold one person",
                     option="person", suggestion="1",
                 )  # fmt: skip
-            return _as_stated(_read(reader, raw, options), options)
+            return _as_stated(_beside_its_own(_read(reader, raw, options), reader, raw, options), options)
     for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
         if raw.head.lstrip().startswith(magic):
             raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt", cure=cure)
@@ -105,6 +105,22 @@ def _likely_rate(reader: ModuleType, raw: RawFile, options: ReadOptions) -> floa
         return likely_rate({fps: sway_ratio(reader.read(raw, replace(options, fps=fps))) for fps in SWAY.rates})
     except ClipError:
         return None
+
+
+def _beside_its_own(clip: Clip, reader: ModuleType, raw: RawFile, options: ReadOptions) -> Clip:
+    """The clip; with a doubt where the rate that was stated is another than the file's own."""
+    if options.fps is None:
+        return clip
+    try:
+        own = reader.read(raw, replace(options, fps=None)).fps
+    except ClipError:
+        return clip
+    if abs(own - options.fps) < 0.01 * own:
+        return clip
+    found = Finding(
+        what="stated rate", value=f"{options.fps:g}", why=f"the file itself says {own:.6g}", confidence="assumed"
+    )
+    return replace(clip, source=replace(clip.source, findings=(*clip.source.findings, found)))
 
 
 def _person_of(path: Path, options: ReadOptions) -> tuple[Path, ReadOptions]:

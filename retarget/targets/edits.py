@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import FREE, GLIDING, PIVOTING, PLANTED, write_whole
@@ -76,16 +76,19 @@ def read_keys(path: Path) -> list[KeyFrame]:
     return keys
 
 
-def write_contacts(contacts: Contacts, fps: float, path: Path) -> None:
-    """Write the touches as a CSV that `read_contacts` reads, in order of time: the detected ones, to be edited.
+def write_contacts(labels: Int[ndarray, "T 4"], fps: float, path: Path) -> None:
+    """Write what every edge does as a CSV that `read_contacts` reads, in order of time, to be edited.
 
-    Edges that glide are found later, on the solved motion, where no row says otherwise.
+    Args:
+        labels: FREE, PLANTED, PIVOTING or GLIDING, of a dance's frames.
+        fps: of the frames.
+        path: the file.
     """
     rows = [
         (a, k, f"{a / fps:.3f},{b / fps:.3f},{edge},{kind}")
         for k, edge in enumerate(CONTACT_NAMES)
         for kind, number in KINDS.items()
-        for a, b in intervals_of(contacts.labels[:, k] == number)
+        for a, b in intervals_of(labels[:, k] == number)
     ]
     lines = [",".join(_CONTACT_COLUMNS), *(row for *_, row in sorted(rows))]
     with write_whole(path) as stream:
@@ -93,14 +96,25 @@ def write_contacts(contacts: Contacts, fps: float, path: Path) -> None:
 
 
 def apply_edits(contacts: Contacts, edits: Iterable[ContactEdit], fps: float) -> Contacts:
-    """The touches with the user's own over them; later edits win."""
+    """The touches with the user's own over them; later edits win.
+
+    Raises:
+        RetargetError: seconds outside the dance.
+    """
+    length_s = len(contacts.in_contact) / fps
     in_contact, pivoting, stated = contacts.in_contact.copy(), contacts.pivoting.copy(), contacts.stated.copy()
     for edit in edits:
+        if edit.start < 0.0 or edit.end > length_s + 1.0 / fps:
+            raise RetargetError(
+                f"touch of {edit.edge}", found=f"{edit.start:g} to {edit.end:g} s",
+                expected=f"0 to {length_s:.2f} s: seconds of the dance",
+            )  # fmt: skip
         frames = slice(max(0, round(edit.start * fps)), max(0, round(edit.end * fps)))
         edge = CONTACT_NAMES.index(edit.edge)
-        in_contact[frames, edge] = edit.kind in ("planted", "pivoting")
+        in_contact[frames, edge] = stands = edit.kind in ("planted", "pivoting")
         stated[frames, edge] = KINDS[edit.kind]
-        pivoting[frames, edge // 2] = edit.kind == "pivoting"
+        if stands:  # what the other edge of the foot does is another row's
+            pivoting[frames, edge // 2] = edit.kind == "pivoting"
     both = in_contact.reshape(-1, 2, 2).any(axis=2)
     return replace(contacts, in_contact=in_contact, pivoting=pivoting & both, stated=stated)
 
@@ -129,7 +143,9 @@ def pin_angles(keys: Iterable[KeyFrame], robot: RobotModel, frames: int, fps: fl
 
 def _rows(path: Path, *layouts: tuple[str, ...]) -> list[tuple[str, Mapping[str, str]]]:
     text = read_text(path, expected="a readable CSV", most=MAX_CONFIG, error=RetargetError).removeprefix("\ufeff")
-    reader = csv.DictReader(text.splitlines(), skipinitialspace=True)
+    lines = text.splitlines()
+    semicolons = bool(lines) and ";" in lines[0]  # as spreadsheets write where commas are decimal
+    reader = csv.DictReader(lines, skipinitialspace=True, delimiter=";" if semicolons else ",")
     columns = tuple(reader.fieldnames or ())
     if columns not in layouts:
         known = " or ".join(", ".join(layout) for layout in layouts)

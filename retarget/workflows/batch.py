@@ -26,6 +26,7 @@ from clips import (
     save_reference,
     write_whole,
 )
+from clips.checks import doubts
 from retarget.config import RetargetConfig
 from retarget.dynamics import hardest_stretches
 from retarget.errors import RetargetError
@@ -33,7 +34,7 @@ from retarget.pipeline import Retargeted, retarget
 from robot_models import DanceError, __version__, load_robot
 
 SUFFIXES = (".bvh", ".csv", ".pkl", ".npz", ".amc", ".c3d", ".txt", ".motion")
-_FORMAT = 4
+_FORMAT = 5
 Verdict = Literal["keep", "down-weight", "quarantine", "exclude"]
 
 
@@ -77,6 +78,7 @@ class Outcome:
     failed: tuple[str, ...] = ()  # gates
     why: tuple[str, ...] = ()  # they do not hold: when, which parts, whose fault
     hardest: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()  # what the recording itself makes doubtful
     skipped: bool = False  # it was there already, made from the same
 
 
@@ -168,7 +170,7 @@ def run_job(job: Job, config: BatchConfig) -> Outcome:
         clip = repair(read_of_several(job.clip, config.reading), strict=config.strict)
         result = retarget(clip, load_robot(job.robot), config.retargeting)
         save_reference(result.reference, job.out, float32=config.float32)
-        outcome = _judged(job, key, result, config)
+        outcome = replace(_judged(job, key, result, config), doubts=tuple(map(str, doubts(clip))))
     except DanceError as e:
         outcome = lost(job, str(e))
     except Exception as e:  # a fault of ours: it shall be seen, and not cost the other clips
@@ -223,7 +225,7 @@ def _earlier(job: Job) -> Outcome | None:
         told = json.loads(_note(job).read_text())
         if told.pop("format") != _FORMAT:
             return None
-        return Outcome(**told | {k: tuple(told[k]) for k in ("failed", "why", "hardest")})
+        return Outcome(**told | {k: tuple(told[k]) for k in ("failed", "why", "hardest", "doubts")})
     except (OSError, ValueError, KeyError, TypeError):  # a note of another version, or half a one: do it again
         return None
 
@@ -277,7 +279,8 @@ def summary_rows(outcomes: Iterable[Outcome]) -> list[dict[str, object]]:
     for o in outcomes:
         row: dict[str, object] = {
             "clip": o.clip, "robot": o.robot, "verdict": o.verdict, "seconds": o.seconds, "took_s": o.took_s,
-            "failed": "; ".join(o.failed), "why": "; ".join(o.why), "hardest": "; ".join(o.hardest), "message": o.message,
+            "failed": "; ".join(o.failed), "why": "; ".join(o.why), "hardest": "; ".join(o.hardest),
+            "doubts": "; ".join(o.doubts), "message": o.message,
         }  # fmt: skip
         rows.append(row | {metric_label(key): value for key, value in o.metrics.items()})
     return rows

@@ -186,7 +186,7 @@ def _focused(
 
         def told_to_stop() -> bool:
             run.seconds = time.perf_counter() - began
-            return bool(signals.came) or run.seconds > 60.0 * config.focus.share * config.minutes
+            return bool(signals.came) or run.seconds - run.before_s > 60.0 * config.focus.share * config.minutes
 
         came = focus(
             trainer, pieces, told.steps, config.focus, threads=config.threads, progress=progress, judged=judged,
@@ -274,6 +274,7 @@ def _restore(run: Run, lesson: Distillation, pieces: Sequence[NamedReference]) -
         )  # fmt: skip
     told = json.loads(state["progress"])
     run.steps, run.seconds, run.curves = told["steps"], told["seconds"], told["curves"]
+    run.before_s = run.seconds
     run.saved = run.steps
     lesson.load_state_dict(lesson_state)
 

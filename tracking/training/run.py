@@ -65,7 +65,7 @@ def train(
         if resume:
             saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, motion_set_sha256(pieces))
             run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
-            run.saved = run.steps
+            run.saved, run.before_s = run.steps, run.seconds
         _learn(run, trainer, pieces, config, progress)
         if team.is_leader:
             run.onnx_difference = max(

@@ -28,6 +28,7 @@ class Run:
     folder: Path
     steps: int = 0
     seconds: float = 0.0
+    before_s: float = 0.0  # of these, before it was resumed
     curves: list[dict[str, float]] = field(default_factory=list)  # one row per evaluation
     evaluations: dict[str, Evaluation] = field(default_factory=dict)  # the last, of every piece
     kept: dict[str, float] = field(default_factory=dict)  # the row of the policy that was kept, where not the last
@@ -77,7 +78,7 @@ class Run:
             return f"target reached: {100 * config.target:.0f} % of rollouts finish"
         if self.steps >= steps:
             return f"budget of {steps} steps used"
-        if self.seconds >= 60.0 * config.minutes:
+        if self.seconds - self.before_s >= 60.0 * config.minutes:
             return f"budget of {config.minutes:g} minutes used"
         return ""
 
@@ -86,7 +87,7 @@ class Run:
         if not self.steps or math.isinf(config.minutes):
             return steps
         pace = self.steps / max(self.seconds, 1e-9)
-        return max(self.steps, min(steps, round(pace * 60.0 * config.minutes)))
+        return max(self.steps, min(steps, round(pace * (self.before_s + 60.0 * config.minutes))))
 
 
 @contextmanager

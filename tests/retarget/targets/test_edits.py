@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from conftest import SAMPLES
+from damage import read_shared
 
 from clips import FREE, GLIDING, ClipError, at_speed, cut, mirror, read_clip, warp_time
 from retarget import (
@@ -33,10 +34,26 @@ def clip():
 
 
 def test_written_touches_read_back_as_the_same(groove, tmp_path):
-    write_contacts(groove.contacts, 50.0, tmp_path / "c.csv")
+    write_contacts(groove.contacts.labels, 50.0, tmp_path / "c.csv")
     nothing = find_contacts(groove.source, SHORT.contact)
     again = apply_edits(nothing, read_contacts(tmp_path / "c.csv"), 50.0)
     np.testing.assert_array_equal(again.labels, groove.contacts.labels)
+
+
+def test_touches_given_back_unedited_are_the_same_dance(shared, dancer, tmp_path):
+    fast = cut(read_shared(shared, "amc/cmu_charleston1.amc"), 0.0, 4.0)
+    first = retarget(fast, dancer, SHORT)
+    assert (first.reference.contact == GLIDING).any()
+    write_contacts(first.reference.contact, 50.0, tmp_path / "c.csv")
+    again = retarget(fast, dancer, SHORT, contacts=read_contacts(tmp_path / "c.csv"))
+    np.testing.assert_array_equal(again.reference.contact, first.reference.contact)
+    np.testing.assert_allclose(again.reference.joint_pos, first.reference.joint_pos, atol=1e-9)
+
+
+def test_touches_outside_the_dance_are_refused(clip, dancer, tmp_path):
+    (tmp_path / "c.csv").write_text("start;end;edge;kind\n5.0;6.0;left_toe;gliding\n")
+    with pytest.raises(RetargetError, match="seconds of the dance"):
+        retarget(clip, dancer, SHORT, contacts=read_contacts(tmp_path / "c.csv"))
 
 
 def test_stated_touches_win_over_detected_ones(clip, dancer, tmp_path):
