@@ -49,7 +49,7 @@ def batch_verdict(outcomes: Sequence[Outcome], table: Path, stated: Sequence[str
         code=code,
         line=f"{len(outcomes)} references asked for: {said or 'none'}",
         doubts=tuple(dict.fromkeys(f"{Path(o.clip).name}: {doubt}" for o in outcomes for doubt in o.doubts)),
-        troubles=_troubles(outcomes, stated),
+        troubles=_troubles(outcomes, stated, folder),
         written=(table,),
         notes=(
             f"{len(outcomes) - refused} references in {folder}",
@@ -67,7 +67,7 @@ def batch_verdict(outcomes: Sequence[Outcome], table: Path, stated: Sequence[str
     )
 
 
-def _troubles(outcomes: Sequence[Outcome], stated: Sequence[str]) -> tuple[Trouble, ...]:
+def _troubles(outcomes: Sequence[Outcome], stated: Sequence[str], folder: Path) -> tuple[Trouble, ...]:
     """What went wrong, the commonest first, where, and the commands that say what helps each."""
     where: dict[str, list[Outcome]] = {}
     for o in outcomes:
@@ -77,20 +77,24 @@ def _troubles(outcomes: Sequence[Outcome], stated: Sequence[str]) -> tuple[Troub
     told, troubles = set[str](), []
     for what, of in ranked:
         names = [_name(o) for o in of]
-        fresh = [o for o in of[:_NAMED] if o.reference and o.reference not in told]
-        told |= {o.reference for o in fresh}
+        fresh = [o for o in of[:_NAMED] if _output(o, folder) not in told]
+        told |= {_output(o, folder) for o in fresh}
         troubles.append(
             Trouble(
                 what=f"{len(names)} x {what}: {', '.join(names[:_NAMED])}{', ...' if len(names) > _NAMED else ''}",
-                cures=tuple((_HELP, _alone(o, stated)) for o in fresh),
+                cures=tuple((_HELP, _alone(o, stated, folder)) for o in fresh),
             )
         )
     return tuple(troubles)
 
 
-def _alone(o: Outcome, stated: Sequence[str]) -> str:
+def _alone(o: Outcome, stated: Sequence[str], folder: Path) -> str:
     """The command that makes one reference anew; a batch leaves it as it then is."""
-    return line("dance-retarget", o.clip, "--robot", o.robot, *stated, "-o", o.reference)
+    return line("dance-retarget", o.clip, "--robot", o.robot, *stated, "-o", _output(o, folder))
+
+
+def _output(o: Outcome, folder: Path) -> str:
+    return o.reference or str(folder / f"{Path(o.clip).stem}_{Path(o.robot).stem}.npz")
 
 
 def _name(o: Outcome) -> str:

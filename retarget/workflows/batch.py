@@ -164,7 +164,7 @@ def run_job(job: Job, config: BatchConfig) -> Outcome:
         key = _key(job, config)
         done = _earlier(job)
         if done is not None and done.made != _hash(job.out):
-            return _by_hand(job, done)
+            return _by_hand(job)
         if done is not None and done.key == key:
             return replace(done, skipped=True)
         clip = repair(read_of_several(job.clip, config.reading), strict=config.strict)
@@ -172,7 +172,7 @@ def run_job(job: Job, config: BatchConfig) -> Outcome:
         save_reference(result.reference, job.out, float32=config.float32)
         outcome = replace(_judged(job, key, result, config), doubts=tuple(map(str, doubts(clip))))
     except DanceError as e:
-        outcome = lost(job, str(e))
+        outcome = _by_hand_or_lost(job, e)
     except Exception as e:  # a fault of ours: it shall be seen, and not cost the other clips
         why = f"a fault of this tool, {type(e).__name__}: {e}; retarget this clip by itself for the whole trace"
         outcome = lost(job, why)
@@ -230,11 +230,21 @@ def _earlier(job: Job) -> Outcome | None:
         return None
 
 
-def _by_hand(job: Job, before: Outcome) -> Outcome:
+def _by_hand_or_lost(job: Job, why: DanceError) -> Outcome:
+    """A clip that is refused, as for want of its rate, may have been brought to the robot by itself."""
+    if not job.out.is_file() or _note(job).is_file():
+        return lost(job, str(why))
+    try:
+        return _by_hand(job)
+    except DanceError:
+        return lost(job, str(why))
+
+
+def _by_hand(job: Job) -> Outcome:
     """The outcome of a reference that somebody has put in the place of the batch's since: it is theirs, and stays."""
     reference = load_reference(job.out, load_robot(job.robot))
     return Outcome(
-        clip=before.clip, robot=before.robot, key="", skipped=True, reference=str(job.out),
+        clip=str(job.clip), robot=job.robot, key="", skipped=True, reference=str(job.out),
         verdict="quarantine" if reference.failed_gates else "keep",
         message="put there by hand since, and kept; delete it to have it made again",
         seconds=reference.duration_s, failed=reference.failed_gates,

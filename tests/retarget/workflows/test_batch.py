@@ -102,6 +102,16 @@ def test_a_reference_that_was_put_there_by_hand_is_kept_with_its_own_verdict(fol
     assert not run_job(job, QUICK).skipped
 
 
+def test_a_clip_that_is_refused_is_kept_where_it_was_brought_there_by_itself(groove, tmp_path):
+    (tmp_path / "m.csv").write_text("1,2,3\n")
+    (job,) = jobs_for([tmp_path / "m.csv"], ["dancer"], tmp_path)
+    assert run_job(job, QUICK).verdict == "exclude"
+    save_reference(groove.reference, job.out)
+    assert run_job(job, QUICK).verdict == "keep" and "by hand" in run_job(job, QUICK).message
+    job.out.write_bytes(b"nothing")
+    assert run_job(job, QUICK).verdict == "exclude"
+
+
 def test_processes_give_the_arrays_that_one_gives(folder, tmp_path):
     one, two = tmp_path / "one", tmp_path / "two"
     one.mkdir(), two.mkdir()
