@@ -280,7 +280,7 @@ def meta_of(sources: Sequence[HumanClip], config: RetargetConfig, report: Report
         "source": origins[0],
         **({"more_sources": origins[1:]} if len(origins) > 1 else {}),
         "config": asdict(config),
-        "versions": _versions(),
+        "versions": dict(_versions()),
         "report": report.as_dict(),
     }
 
