@@ -121,9 +121,11 @@ def _doubts(dance: Danced) -> list[str]:
         for f in dance.clip.source.findings
         if f.confidence == "assumed"
     ]
+    own_rate = any(f.what == "stated rate" for f in dance.clip.source.findings)  # the file's own is nearer than a guess
     asked = [
         f"{check}{f'; {flag(check.option)} {check.suggestion} states it' if check.option else ''}"
         for check in dance.doubts
+        if not (own_rate and check.option == "fps")
     ]
     shorter = [f"the clip ends {dance.misses_s:.1f} s before --end"] if dance.misses_s else []
     return [f"{dance.path.name}: {doubt}" for doubt in (*shorter, *assumed, *asked)]
