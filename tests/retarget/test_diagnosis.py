@@ -111,7 +111,7 @@ def groove_clip():
     ("file", "robot", "parts", "help"),
     [
         ("csv/g1moves/M_Move10.csv", "g1", {"left heel"}, "drop"),
-        ("bvh/bandai1_dance_short_normal_001.bvh", "g1", {"right hand"}, "drop"),
+        ("csv/g1moves/M_Move10.csv", "dancer", {"left heel"}, "drop"),
     ],
 )
 def test_a_recording_that_fails_is_diagnosed_and_its_cure_cures(shared, file, robot, parts, help):
