@@ -1,7 +1,7 @@
 """A mirrored clip is judged as its original: the reference is the mirror image, and the report says the same.
 
 Where little holds the wrists, as amid a self-collision or where physics asks for torque, the solver may end elsewhere in them:
-up to 1 rad in one frame of a hand, by a degree in the mean.
+up to 1 rad in one frame of a hand, by a degree in the mean. Amid hands at hips the waist may follow by a few degrees.
 """
 
 import numpy as np
@@ -28,7 +28,7 @@ def test_a_mirrored_clip_is_judged_as_its_original(shared, file, start, end):
     one, two = (r.reference for r in results)
     joints = reflected_joints(robot)
     off = np.abs(joints.of(one.joint_pos) - two.joint_pos)
-    assert off.mean() < 0.02 and np.percentile(off[:, :15], 99) < 0.05  # legs and waist
+    assert off.mean() < 0.02 and np.percentile(off[:, :15], 99) < 0.08  # legs and waist
     np.testing.assert_allclose(one.qpos[:, :3] * [1.0, -1.0, 1.0], two.qpos[:, :3], atol=0.02)
     for a, b in zip(*(r.report.metrics for r in results), strict=True):
         assert (a.key, a.passed) == (b.key, b.passed)
