@@ -54,7 +54,7 @@ def run(args: Arguments) -> int:
     for name, (fine, said) in _robots().items():
         table.add_row(_mark(fine), f"robot {name}", said, "")
     broken = any("retargeting" in what for what, _ in cures)
-    missing = f"; {len(cures)} of {len(PARTS)} parts are not here" if cures else "; everything is here"
+    missing = f"; {len(cures)} of {len(PARTS)} parts are not here" if cures else "; every part is here"
     verdict = Verdict(
         passed=not broken,
         line=f"{'retargeting cannot work' if broken else 'retargeting works'}{missing}",

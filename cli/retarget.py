@@ -20,6 +20,7 @@ from cli.retargeting import (
 from cli.shell import as_toml, command, make_folder, progress, some, tell
 from clips import Clip, at_speed, cut, read_clip, repair, save_reference
 from clips.checks import Check, check_sway, doubts
+from clips.edit import left_out_at_start
 from retarget import (
     Retargeted,
     RetargetError,
@@ -81,9 +82,8 @@ def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = N
     clip = at_speed(recorded, args.speed)
     misses_s = max(0.0, end - whole.frames / whole.fps) if end is not None else 0.0
     danced = mirrored(clip) if args.mirror else clip
-    return Danced(
-        path=path, clip=danced, doubts=_doubts(whole, recorded), fps=recorded.fps, start_s=start, misses_s=misses_s
-    )
+    told, begins = _doubts(whole, recorded), start + left_out_at_start(recorded)
+    return Danced(path=path, clip=danced, doubts=told, fps=recorded.fps, start_s=begins, misses_s=misses_s)
 
 
 def _doubts(whole: Clip, danced: Clip) -> tuple[Check, ...]:

@@ -18,6 +18,7 @@ from cli.training import (
     print_tracker,
     run_details,
     run_verdict,
+    slower,
 )
 from clips import is_reference
 from robot_models.maths import silent
@@ -76,7 +77,7 @@ def run(args: Arguments) -> int:
         from cli.recordings import save_training
 
         save_training(folder / "training.rrd", chosen.robot, chosen.pieces, result)
-    code = tell(run_verdict(result, refs), args.tell, run_details(result))
+    code = tell(run_verdict(result, refs, args.robot), args.tell, run_details(result))
     return DONE if together else code  # torchrun takes every other code for a crash
 
 
@@ -93,7 +94,7 @@ def _check(args: Arguments, chosen: Selection) -> int:
     tables = [detail for name, check in found.items() for detail in (name, check_table(check))]
     others = [ref for ref in args.ref if ref.is_file() and not is_reference(ref)]
     solve = [line("dance-retarget", ref, "--robot", chosen.robot.name, *args.file.words()) for ref in others]
-    return tell(check_verdict(found, solve), args.tell, tables)
+    return tell(check_verdict(found, solve, slower(args.ref, args.robot or chosen.robot.name)), args.tell, tables)
 
 
 def _teacher(args: Arguments, chosen: Selection, together: bool) -> Path | None:

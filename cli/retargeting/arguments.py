@@ -108,6 +108,12 @@ def check_one(args: Arguments) -> None:
     if args.out is not None and (args.out.suffix != ".npz" or args.out.resolve() == args.clip.resolve()):
         raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")
     args.numbers()
+    if args.write_contacts is not None and args.write_contacts.exists():
+        raise OutputError(
+            f"--write-contacts {args.write_contacts}",
+            found="a file there, which may be your own",
+            expected="a new name",
+        )
     edits = args.contacts or args.keys or args.write_contacts
     if args.fit_dynamics and edits:
         raise RetargetError(

@@ -82,10 +82,17 @@ def _troubles(outcomes: Sequence[Outcome], stated: Sequence[str], folder: Path) 
         troubles.append(
             Trouble(
                 what=f"{len(names)} x {what}: {', '.join(names[:_NAMED])}{', ...' if len(names) > _NAMED else ''}",
-                cures=tuple((_HELP, _alone(o, stated, folder)) for o in fresh),
+                cures=tuple(_cure(o, stated, folder) for o in fresh),
             )
         )
     return tuple(troubles)
+
+
+def _cure(o: Outcome, stated: Sequence[str], folder: Path) -> tuple[str, str]:
+    """What to do about a reference, or about a clip that was refused."""
+    if o.reference:
+        return _HELP, _alone(o, stated, folder)
+    return f"brought to the robot by itself as {_output(o, folder)}, the batch keeps it", ""
 
 
 def _alone(o: Outcome, stated: Sequence[str], folder: Path) -> str:

@@ -54,7 +54,5 @@ class _Lines:
         if now - self._said < _QUIET_S:
             return
         self._said = now
-        left = (now - began) / max(1, done - before) * (total - done)
-        make_console(stderr=True).print(
-            f"{stage}: {done}/{total} {self._unit}, {left:.0f} s to go{', ' if note else ''}{note}"
-        )
+        left = f", {(now - began) / (done - before) * (total - done):.0f} s to go" if done > before else ""
+        make_console(stderr=True).print(f"{stage}: {done}/{total} {self._unit}{left}{', ' if note else ''}{note}")

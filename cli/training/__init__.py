@@ -2,7 +2,7 @@
 
 from cli.training.arguments import Arguments
 from cli.training.beginning import as_begun, keep_beginning
-from cli.training.summary import check_table, check_verdict, print_plan, print_tracker, run_details, run_verdict
+from cli.training.summary import check_table, check_verdict, print_plan, print_tracker, run_details, run_verdict, slower
 
 __all__ = [
     "Arguments",
@@ -14,4 +14,5 @@ __all__ = [
     "print_tracker",
     "run_details",
     "run_verdict",
+    "slower",
 ]

@@ -13,6 +13,7 @@ from rich.table import Table
 from cli.evaluating import outcome_line
 from cli.shell import GATE, Trouble, Verdict, again, line
 from cli.training.beginning import who_taught
+from clips import is_reference
 from tracking import LABELS, NOBODY
 
 _HARDLY = 0.2  # share of rollouts that finish, below which more of the same is not the first thing to try
@@ -22,8 +23,14 @@ if TYPE_CHECKING:
     from tracking.task import Selection
 
 
-def check_verdict(found: Mapping[str, ReferenceCheck], solve: Sequence[str] = ()) -> Verdict:
-    """Whether references are worth training on; the worst of them decides. `solve`: commands that solve other tools' anew."""
+def check_verdict(found: Mapping[str, ReferenceCheck], solve: Sequence[str] = (), slower: str = "") -> Verdict:
+    """Whether references are worth training on; the worst of them decides.
+
+    Args:
+        found: by name.
+        solve: commands that solve other tools' motions anew.
+        slower: the command that makes a slower reference, where there is one file.
+    """
     bad = {name: check for name, check in found.items() if not check.passed}
     name, worst = min((bad or found).items(), key=lambda pair: pair[1].survived_s)
     state = (
@@ -36,6 +43,10 @@ def check_verdict(found: Mapping[str, ReferenceCheck], solve: Sequence[str] = ()
     hopeless = any(check.failed_gates for check in bad.values())
     first = tuple(("solve it anew first", command) for command in solve)
     anyway = (("train on it all the same", again({"--anyway": ""}, but=("--check-ref",))),) if hopeless else ()
+
+    def cures(check: ReferenceCheck) -> tuple[tuple[str, str], ...]:
+        return (*first, *anyway, *([("slower", slower)] if slower and not check.failed_gates else []))
+
     return Verdict(
         passed=not bad,
         line=f"{name if len(found) == 1 else f'{len(found)} references'}: {state}",
@@ -44,10 +55,18 @@ def check_verdict(found: Mapping[str, ReferenceCheck], solve: Sequence[str] = ()
             f"the first pose sinks {1e3 * worst.settles_m:.0f} mm in a second",
             f"zero action survives {worst.survived_s:.1f} s",
         ),
-        troubles=tuple(Trouble(what=f"{name}: {_why(check)}", cures=(*first, *anyway)) for name, check in bad.items()),
+        troubles=tuple(Trouble(what=f"{name}: {_why(check)}", cures=cures(check)) for name, check in bad.items()),
         steps=() if hopeless else ((again({}, but=("--check-ref",)), "a policy that dances it"),),
         data={"checks": {name: asdict(check) for name, check in found.items()}},
     )  # fmt: skip
+
+
+def slower(files: Sequence[Path], robot: str) -> str:
+    """The command that makes a slower reference of one; nothing for several."""
+    (file, *others) = files
+    if others or not is_reference(file):
+        return ""
+    return line("dance-retarget", file, "--robot", robot, "--speed", "0.8", "-o", f"{file.stem}_slower.npz")
 
 
 def _why(check: ReferenceCheck) -> str:
@@ -57,7 +76,7 @@ def _why(check: ReferenceCheck) -> str:
         return f"joints are beyond their limits in {100 * check.beyond_limits:.1f} % of the frames"
     return (
         f"even perfect tracking would earn {100 * check.perfect:.1f} % of the reward, where 90 are asked for: fast or jerky "
-        "seconds cost the rest; slower (dance-retarget --speed 0.8) is easier; a policy may learn it all the same"
+        "seconds cost the rest; slower is easier; a policy may learn it all the same"
     )
 
 
@@ -97,9 +116,10 @@ def print_tracker(console: Console, found: dict[str, Evaluation], gate: float) -
         )  # fmt: skip
 
 
-def run_verdict(result: Run, refs: Sequence[Path]) -> Verdict:
+def run_verdict(result: Run, refs: Sequence[Path], robot: str | None = None) -> Verdict:
     """How far a policy came, in the dance that it learnt least, and the files."""
-    words = line("dance-train", "--ref", *refs, "-o", result.folder, "--resume")
+    whose = () if robot is None else ("--robot", robot)
+    words = line("dance-train", "--ref", *refs, *whose, "-o", result.folder, "--resume")
     if not result.evaluations:  # stopped before it was judged; a resumed run may have earlier curves
         return Verdict(
             passed=False,

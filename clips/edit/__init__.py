@@ -1,6 +1,7 @@
 """Changes to a recording: repairs, cuts, other rates, speeds, sides and places."""
 
 from clips.edit.align import placed, recentre
+from clips.edit.false_ends import left_out_at_start
 from clips.edit.gaps import without_gaps
 from clips.edit.repair import repair
 from clips.edit.resample import cut, new_times, resample, sample
@@ -12,6 +13,7 @@ __all__ = [
     "at_speed",
     "cut",
     "exchanged_everywhere",
+    "left_out_at_start",
     "mirror",
     "new_times",
     "placed",

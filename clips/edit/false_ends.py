@@ -16,6 +16,8 @@ from clips.edit.resample import cut
 from clips.provenance import Repair
 from robot_models.maths import rotation as rot
 
+_LEFT_OUT = "frames left out at the"
+
 
 def without_false_ends(clip: Clip) -> Clip:
     """Without the frames before a jump that no body makes near the start, and after one near the end.
@@ -102,5 +104,11 @@ def _kept(clip: Clip, frames: slice, why: str) -> Clip:
     end, shown = (
         ("start", f"the first {first / clip.fps:.2f} s") if first else ("end", f"the last {count / clip.fps:.2f} s")
     )
-    repair = Repair(what=f"frames left out at the {end} ({why})", count=count, where=shown)
+    repair = Repair(what=f"{_LEFT_OUT} {end} ({why})", count=count, where=shown)
     return replace(kept, source=clip.source.mended(repair))
+
+
+def left_out_at_start(clip: Clip) -> float:
+    """Seconds that a rest pose before the dance took of its file."""
+    frames = sum(r.count for r in clip.source.repairs if r.what.startswith(f"{_LEFT_OUT} start"))
+    return frames / clip.fps

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from clips import PLANTED, HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
+from clips import GLIDING, PLANTED, HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
 from retarget.report.metric import Metric, Report, Where
 from retarget.rules import DiagnosisConfig, ReportConfig
 from retarget.targets import heel_toe_points
@@ -207,6 +207,8 @@ def _of_slide(source: HumanClip, t: int, where: Where, labels: Int[ndarray, "T 4
     slid = float(np.linalg.norm(way - way[0], axis=-1).max())
     if slid > _CONFIG.slid_m:
         return f"the recording's own foot slides {1e3 * slid:.0f} mm in that touch"
+    if (labels[slice(*touch), k] == GLIDING).mean() > 0.5:
+        return "the recording's own foot stands, and the robot's was let glide"
     if (labels[slice(*touch), k] != PLANTED).mean() > 0.5:
         return "the recording's own foot is down and slow for a moment, which was not taken for a touch"
     return "the recording's own foot stands: the robot's leg does not reach"
