@@ -21,6 +21,24 @@ def test_a_resumed_run_that_is_stopped_before_it_is_judged_says_that_it_is_saved
     assert verdict.steps[0][0] == f"dance-train --ref '{tmp_path / 'a b.npz'}' -o {tmp_path / 'r'} --resume"
 
 
+def test_what_goes_on_of_a_folder_of_several_robots_says_which(tmp_path):
+    from tracking import Run
+
+    run = Run(
+        folder=tmp_path / "r", steps=1, curves=[{"finished": 0.0, "survived_s": 1.0}], stopped="stopped by SIGINT"
+    )
+    assert "--robot g1 " in run_verdict(run, [tmp_path], "g1").steps[0][0]
+
+
+def test_minutes_are_of_this_part_of_a_run(tmp_path):
+    from tracking import Run, TrainConfig
+
+    run = Run(folder=tmp_path / "r", steps=1, seconds=600.0, before_s=590.0)
+    assert run.reason_to_stop(TrainConfig(minutes=1.0), 10) == ""
+    run.seconds = 651.0
+    assert "budget of 1 minutes" in run.reason_to_stop(TrainConfig(minutes=1.0), 10)
+
+
 def test_a_run_goes_on_with_the_teacher_and_the_settings_that_it_began_with(tmp_path):
     from cli.shell.typed import remember
     from tracking import TrainConfig

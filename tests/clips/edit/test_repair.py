@@ -8,7 +8,7 @@ from conftest import SAMPLES
 from damage import tilted
 
 from clips import ClipError, read_clip, repair, save_reference
-from clips.edit import resample
+from clips.edit import left_out_at_start, resample
 from robot_models.maths import rotation as rot
 
 
@@ -71,6 +71,7 @@ def test_a_calibration_pose_that_is_held_is_left_out(dance):
     mended = repair(led)
     assert "T-pose" in only_repair(mended).what
     assert only_repair(mended).count == pytest.approx(len(held), abs=round(0.12 * dance.fps))
+    assert left_out_at_start(mended) == only_repair(mended).count / dance.fps and left_out_at_start(dance) == 0.0
     assert repair(mended) is mended
 
 
