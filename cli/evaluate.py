@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.table import Table
 
 from cli.evaluating import Arguments, evaluate_each, evaluate_in, rows_of, run_sweep, side_by_side, verdict_of
 from cli.judging import reference_for
-from cli.shell import (
-    command,
-    recording_name,
-    tell,
-)
+from cli.shell import command, make_folder, recording_name, tell
 from clips import OutputError
 from tracking import TrackingError
 
@@ -65,16 +62,18 @@ def _judge(args: Arguments) -> int:
         from cli.recordings import save_evaluation
 
         save_evaluation(args.recording, bundle, results, str(args.bundle), lines)
-    notes = (golden, *([_write_danced(args)] if args.write_reference is not None else []))
+    out = args.write_reference
+    notes = (golden, *([_write_danced(args, out)] if out is not None else []))
     return tell(verdict_of(results, args, notes), args.tell, [table])
 
 
-def _write_danced(args: Arguments) -> str:
+def _write_danced(args: Arguments, out: Path) -> str:
     """Write what the robot makes of its reference, and say what it is worth."""
     from tracking.evaluation import danced_reference
 
     danced = danced_reference(args.bundle, args.robot, args.ref, args.seed)
-    danced.save(args.write_reference or "")
+    make_folder(out)
+    danced.save(out)
     missed = ", ".join(m.label for m in danced.report.failures)
     return f"as it was danced: {f'gates missed: {missed}' if missed else 'every gate holds'}"
 

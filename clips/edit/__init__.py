@@ -4,7 +4,7 @@ from clips.edit.align import placed, recentre
 from clips.edit.false_ends import left_out_at_start
 from clips.edit.gaps import without_gaps
 from clips.edit.repair import repair
-from clips.edit.resample import cut, new_times, resample, sample
+from clips.edit.resample import cut, new_times, resample, sample, sample_quat
 from clips.edit.sides import exchanged_everywhere
 from clips.edit.speed import at_speed, mirror, warp_time
 from clips.edit.travel import travel_from_feet, travel_scaled
@@ -21,6 +21,7 @@ __all__ = [
     "repair",
     "resample",
     "sample",
+    "sample_quat",
     "travel_from_feet",
     "travel_scaled",
     "warp_time",

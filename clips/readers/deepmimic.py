@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from clips.clip import HumanClip
+from clips.edit import sample_quat
 from clips.errors import ClipError
 from clips.identify import human_clip
 from clips.provenance import Finding, RawFile, ReadOptions
@@ -105,12 +106,12 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
 
 def _evenly(positions: np.ndarray, turns: np.ndarray, steps: np.ndarray, fps: float) -> tuple[np.ndarray, np.ndarray]:
     """Positions and turns of frames of unequal durations, at one rate."""
+    from scipy.interpolate import CubicSpline
+
     times = np.concatenate(([0.0], np.cumsum(steps)))
-    at = np.interp(np.arange(int(times[-1] * fps + 1e-6) + 1) / fps, times, np.arange(len(times)))
-    low = np.minimum(at.astype(int), len(positions) - 2)
-    part = (at - low)[:, None]
-    there = positions[low] + part[..., None] * (positions[low + 1] - positions[low])
-    return there, rot.slerp(turns[low], turns[low + 1], np.broadcast_to(part, turns[low].shape[:-1]))
+    even = np.arange(int(times[-1] * fps + 1e-6) + 1) / fps
+    there = CubicSpline(times, positions, axis=0, bc_type="natural")(np.minimum(even, times[-1]))
+    return np.asarray(there), sample_quat(turns, np.interp(even, times, np.arange(len(times))))
 
 
 def _pose(rows: np.ndarray, where: str) -> tuple[np.ndarray, np.ndarray]:

@@ -91,13 +91,14 @@ def measure_flight(lowest: Float[ndarray, "T"], reference: Reference, source: Hu
     share, source_share = 100.0 * float(up[dance].mean()), 100.0 * float(source_up.mean())
     off, uncarried = np.zeros((2, len(up)), dtype=bool)
     off[dance] = (up[dance] != source_up) & (up[dance] == (share > source_share))
-    upright, uncarried[dance] = _uncarried(source)
+    upright, uncarried[dance] = _uncarried(source, source_up)
     in_leads = np.zeros(len(up), dtype=bool)
     for lead in reference.leads:
         in_leads[lead] = up[lead]
     return [
         Metric(key=MetricKey.AIRBORNE, value=share, unit="%", meaning="lowest point over 2 cm up, dance only"),
-        Metric(key=MetricKey.AIRBORNE_SOURCE, value=source_share, unit="%", meaning="toes and ankles over 4 cm up"),
+        Metric(key=MetricKey.AIRBORNE_SOURCE, value=source_share, unit="%",
+               meaning="toes and ankles over 4 cm up, nothing else down"),
         Metric(key=MetricKey.AIRBORNE_OFF_SOURCE, value=abs(share - source_share), unit="points",
                meaning="jumps that were lost or made", limit=gates.airborne_points, where=_longest(off, fps)),
         Metric(key=MetricKey.UNSUPPORTED, value=100.0 * float(uncarried.sum()) / max(1.0, float(upright.sum())), unit="%",
@@ -123,18 +124,18 @@ def _flying(source: HumanClip) -> Bool[ndarray, "T"]:
     floor = own_floor(points)
     height, _ = heights_and_speeds(points, source.fps, floor)
     up = (height > _RULES.contact.height).all(axis=1)
-    bodies = np.stack([source.point(name) for name in (*source.landmarks, "pelvis")], axis=1)[..., 2]
-    feet = np.array([name.endswith(("ankle", "toe")) for name in (*source.landmarks, "pelvis")])
-    return np.asarray(up & (bodies[:, ~feet] > floor.min() + _RULES.down).all(axis=1))
+    others = {name for name in source.landmarks if not name.endswith(("ankle", "toe"))} | {"pelvis"}
+    lowest = np.min([source.point(name)[:, 2] for name in others], axis=0)
+    return np.asarray(up & (lowest > floor.min() + _RULES.down))
 
 
-def _uncarried(source: HumanClip) -> tuple[Bool[ndarray, "T"], Bool[ndarray, "T"]]:
+def _uncarried(source: HumanClip, up: Bool[ndarray, "T"]) -> tuple[Bool[ndarray, "T"], Bool[ndarray, "T"]]:
     """The upright frames, and of these the ones in which neither a foot stands nor both are in a flight that gravity ends.
 
     A clip that skates, because its travel was lost or its feet float, cannot teach a robot to stand.
     """
-    floor, flying = own_floor(heel_toe_points(source)), _flying(source)
-    for a, b in intervals_of(flying):
+    floor, flying = own_floor(heel_toe_points(source)), up.copy()
+    for a, b in intervals_of(up):
         flying[a:b] = b - a <= _RULES.longest_flight_s * source.fps
     upright = np.asarray(source.point("pelvis")[:, 2] - floor.min() > _RULES.upright * source.leg_length)
     carried = contact_labels(source)[0].any(axis=1) | flying

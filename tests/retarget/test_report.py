@@ -145,10 +145,10 @@ def test_whoever_skates_is_below_the_gate_and_whoever_walks_is_not(shared):
     from damage import read_shared, travelling
 
     from clips import repair
-    from retarget.report.feet import _uncarried
+    from retarget.report.feet import _flying, _uncarried
 
     def unsupported(clip):
-        upright, uncarried = _uncarried(clip)
+        upright, uncarried = _uncarried(clip, _flying(clip))
         return 100.0 * uncarried.sum() / upright.sum()
 
     walks = [
