@@ -17,20 +17,43 @@ if TYPE_CHECKING:
     import mujoco
 
 
-def training_model(robot: RobotModel, physics_dt: float) -> mujoco.MjModel:
-    """A copy of the robot for training: only soles touch, since contacts are most of the cost of a step."""
+def training_model(robot: RobotModel, physics_dt: float, *, floor_work: bool = False) -> mujoco.MjModel:
+    """A copy of the robot for training: its bodies pass through each other, which is most of the cost of a step.
+
+    Args:
+        robot: the robot.
+        physics_dt: step of the physics [s].
+        floor_work: whether its whole body meets the floor, of its feet the soles; otherwise only these do.
+    """
     import mujoco
 
     model = copy.copy(robot.model)
-    geoms = body_geoms(robot)
+    geoms, soles = body_geoms(robot), sole_geoms(model)
     model.geom_contype[geoms] = 0
     model.geom_conaffinity[geoms] = 0
+    if floor_work:
+        feet = set(model.geom_bodyid[soles].tolist())
+        geoms = [g for g in geoms if model.geom_bodyid[g] not in feet]
+        for array in ("geom_conaffinity", "geom_friction", "geom_priority", "geom_condim"):
+            getattr(model, array)[geoms] = getattr(model, array)[soles[0]]
+        model.body_conaffinity[model.geom_bodyid[geoms]] |= model.geom_conaffinity[soles[0]]
     model.opt.timestep = physics_dt
     model.opt.iterations = 10
     model.opt.ls_iterations = 20
     # A state that blows up shall be seen, not silently put back to the zero pose.
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     return model
+
+
+def sole_geoms(model: mujoco.MjModel) -> list[int]:
+    """The spheres of a model's soles."""
+    return [g for g in range(model.ngeom) if "_sole_" in (model.geom(g).name or "")]
+
+
+def floor_geoms(model: mujoco.MjModel) -> list[int]:
+    """Geoms of the robot that meet the floor."""
+    kind = model.geom_conaffinity[sole_geoms(model)[0]]
+    return [g for g in range(model.ngeom) if model.geom_bodyid[g] and model.geom_conaffinity[g] & kind]
 
 
 class MujocoBatch(PhysicsBatch):

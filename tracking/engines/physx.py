@@ -18,6 +18,7 @@ from numpy import ndarray
 from robot_models import import_or_refuse
 from robot_models.maths import rotation as rot
 from tracking.engines.actuators import servo_gains, torque_limits
+from tracking.engines.mujoco import floor_geoms
 from tracking.engines.physics import EngineOptions, PhysicsBatch
 from tracking.errors import TrackingError
 
@@ -46,7 +47,7 @@ class PhysxBatch(PhysicsBatch):
     """N robots, each in a scene of its own with a floor of its sole's friction.
 
     Args:
-        models: MuJoCo models of the robots; only their soles touch the floor, as in training.
+        models: MuJoCo models of the robots; what of them meets the floor in training does here.
         profile: step, motors and solver.
         options: as in `PhysicsBatch`; scenes are stepped one after the other, on one thread.
 
@@ -94,12 +95,12 @@ class PhysxScene:
         self.system = px.PhysxCpuSystem()
         self.scene = sapien.Scene([self.system])
         self.scene.set_timestep(dt)
-        soles = [g for g in range(model.ngeom) if "_sole_" in (model.geom(g).name or "")]
-        mu = float(model.geom_friction[soles[0], 0])
+        touching = floor_geoms(model)
+        mu = float(model.geom_friction[touching[0], 0])
         # Both sides of the contact get the sole's friction: PhysX takes the mean, MuJoCo the sole's by its priority.
         self.material = px.PhysxMaterial(mu, mu, 0.0)
         self.scene.add_ground(0.0, render=False, material=self.material)
-        self.robot = _articulation(sapien, self.scene, model, soles, self.material)
+        self.robot = _articulation(sapien, self.scene, model, touching, self.material)
         joints = {j.name: j for j in self.robot.active_joints}
         self._names = [model.joint(j).name for j in range(1, model.njnt)]
         self.joints = [joints[name] for name in self._names]
@@ -159,8 +160,8 @@ class PhysxScene:
         return np.array(self.robot.qpos, dtype=float)[order], np.array(self.robot.qvel, dtype=float)[order]
 
 
-def _articulation(sapien: Any, scene: Any, model: mujoco.MjModel, soles: list[int], material: Any) -> Any:
-    """The tree of bodies, joints and sole points of a MuJoCo model."""
+def _articulation(sapien: Any, scene: Any, model: mujoco.MjModel, touching: list[int], material: Any) -> Any:
+    """The tree of bodies, joints and shapes that meet the floor of a MuJoCo model."""
     builder = scene.create_articulation_builder()
     links: dict[int, Any] = {0: None}
     for b in range(1, model.nbody):
@@ -182,10 +183,8 @@ def _articulation(sapien: Any, scene: Any, model: mujoco.MjModel, soles: list[in
             axis = sapien.Pose(model.jnt_pos[j], _from_x(model.jnt_axis[j]))
             link.set_joint_name(model.joint(j).name)
             link.set_joint_properties("revolute", [tuple(model.jnt_range[j])], placed * axis, axis)
-    for g in soles:
-        links[int(model.geom_bodyid[g])].add_sphere_collision(
-            sapien.Pose(model.geom_pos[g]), radius=float(model.geom_size[g, 0]), material=material, density=0.0
-        )
+    for g in touching:
+        _add_shape(links[int(model.geom_bodyid[g])], sapien, model, g, {"material": material, "density": 0.0})
     robot = builder.build()
     for link in robot.links:
         link.linear_damping = link.angular_damping = 0.0
@@ -194,6 +193,28 @@ def _articulation(sapien: Any, scene: Any, model: mujoco.MjModel, soles: list[in
         for shape in link.collision_shapes:
             shape.set_collision_groups([1, 1, 1, 0])
     return robot
+
+
+def _add_shape(link: Any, sapien: Any, model: mujoco.MjModel, geom: int, options: dict[str, Any]) -> None:
+    """A primitive of a MuJoCo model; SAPIEN's capsules and cylinders lie along x, MuJoCo's along z."""
+    import mujoco
+
+    pos, quat, size = model.geom_pos[geom], model.geom_quat[geom], model.geom_size[geom]
+    kind = mujoco.mjtGeom(int(model.geom_type[geom]))
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        link.add_sphere_collision(sapien.Pose(pos, quat), radius=float(size[0]), **options)
+    elif kind == mujoco.mjtGeom.mjGEOM_BOX:
+        link.add_box_collision(sapien.Pose(pos, quat), half_size=size, **options)
+    elif kind in (mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_CYLINDER):
+        along = sapien.Pose(pos, rot.multiply(quat, _from_x(np.array([0.0, 0.0, 1.0]))))
+        add = link.add_capsule_collision if kind == mujoco.mjtGeom.mjGEOM_CAPSULE else link.add_cylinder_collision
+        add(along, radius=float(size[0]), half_length=float(size[1]), **options)
+    else:
+        raise TrackingError(
+            f"geom {model.geom(geom).name}",
+            found=f"a {kind.name[7:].lower()}",
+            expected="a sphere, capsule, box or cylinder",
+        )
 
 
 def _from_x(axis: Float[ndarray, "3"]) -> Float[ndarray, "4"]:

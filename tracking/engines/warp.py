@@ -19,6 +19,7 @@ from numpy import ndarray
 from robot_models import BodyStates, RobotModel, import_or_refuse
 from robot_models.maths import Array
 from robot_models.maths import rotation as rot
+from tracking.engines.mujoco import floor_geoms
 from tracking.engines.physics import BodyReader, EngineOptions, PhysicsBatch
 from tracking.engines.random import Rng, TorchRng
 from tracking.errors import TrackingError
@@ -56,8 +57,8 @@ class WarpBatch(PhysicsBatch):
         super().__init__(models, physics_dt=models[0].opt.timestep, **options)
         base, n = copy.copy(self.models[0]), self.count
         base.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)  # here nothing is ever reset
-        soles = int(((base.geom_contype | base.geom_conaffinity) > 0).sum())
-        rows = _PER_CONTACT * soles + 2 * base.njnt + base.nv
+        contacts = _most_contacts(base)
+        rows = _PER_CONTACT * contacts + 2 * base.njnt + base.nv
         with self._wp.ScopedDevice(self._on):
             self._model = self._mjw.put_model(base, batch_sizes=dict.fromkeys(_DRAWN, n))
             kinds = self._mjw.OverflowType
@@ -67,7 +68,7 @@ class WarpBatch(PhysicsBatch):
             for name in _DRAWN:
                 each = np.stack([getattr(m, name) for m in self.models]).astype(np.float32)
                 getattr(self._model, name).assign(each)
-            self._data = self._mjw.make_data(base, nworld=n, nconmax=soles, njmax=rows)
+            self._data = self._mjw.make_data(base, nworld=n, nconmax=contacts, njmax=rows)
             self._asked = self._wp.zeros((self.substeps, n, base.nu), dtype=float)
         names = ("qpos", "qvel", "xpos", "xquat", "cvel", "subtree_com", "overflow")
         self.tensors = {name: self._wp.to_torch(getattr(self._data, name)) for name in names}
@@ -141,6 +142,15 @@ class WarpBatch(PhysicsBatch):
                 "MuJoCo-Warp", found=f"contacts or constraints that did not fit in {lost} worlds", expected="room for all",
                 cure="this is a fault of tracking/engines/warp.py: its count of rows is too small for this robot",
             )  # fmt: skip
+
+
+def _most_contacts(model: mujoco.MjModel) -> int:
+    """With the floor, of a robot that lies on it with all it has: ends of capsules, corners of boxes."""
+    import mujoco
+
+    kind = mujoco.mjtGeom
+    several = {kind.mjGEOM_CAPSULE: 2, kind.mjGEOM_BOX: 4, kind.mjGEOM_CYLINDER: 4}
+    return sum(several.get(kind(int(model.geom_type[g])), 1) for g in floor_geoms(model))
 
 
 class _Bodies:

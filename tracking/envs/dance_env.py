@@ -18,7 +18,7 @@ from robot_models.maths import rotation as rot
 from tracking.config import RandomisationConfig
 from tracking.engines import MujocoBatch
 from tracking.envs.reference_env import ReferenceEnv
-from tracking.task import draw_robots
+from tracking.task import draw_robots, is_floor_work
 
 FALLEN = 0.6  # of the root [m]
 TILTED = 1.0  # roll or pitch of the root [rad]
@@ -112,7 +112,9 @@ class DanceEnv(ReferenceEnv):
         step = self.dt / np.ceil(self.dt / _PHYSICS_DT - 1e-9)
         if self._physics is not None:
             self._physics.close()
-        return MujocoBatch(draw_robots(self.robot, 1, step, config, self.np_random).models, control_dt=self.dt)
+        on_floor = is_floor_work(self.reference, self.robot)
+        robots = draw_robots(self.robot, 1, step, config, self.np_random, floor_work=on_floor)
+        return MujocoBatch(robots.models, control_dt=self.dt)
 
     def _terms(self, qpos: ndarray, action: ndarray) -> dict[str, float]:
         off = qpos[7:] - self.reference.joint_pos[min(self.frame, self.reference.frames - 1)]

@@ -8,10 +8,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
+
 from clips import MetricKey, Reference, check_reference_against, load_reference
-from robot_models import DanceError, RobotError, RobotModel, load_robot
+from robot_models import DanceError, RobotError, RobotModel, load_robot, lowest_points
 from tracking.config import CheckConfig
 from tracking.errors import TrackingError
+
+_ON_FLOOR = 0.03  # [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,6 +45,14 @@ def read_named_reference(path: Path | str) -> NamedReference:
         hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
     )  # load_reference refuses what is none
     return NamedReference(name=path.stem, reference=load_reference(path), path=path, sha256=sha256)
+
+
+def is_floor_work(reference: Reference, robot: RobotModel) -> bool:
+    """Whether a dance brings more of the robot to the floor than its soles: under 3 cm, primitives being rounder."""
+    feet = {robot.body(sole.body) for sole in robot.soles.values()}
+    others = [b for b in range(len(robot.body_names)) if b not in feet]
+    lowest = lowest_points(robot, reference.body_pos_w, np.asarray(reference.body_quat_w, dtype=float))
+    return bool((lowest[:, others] < _ON_FLOOR).any())
 
 
 def check_motion_set(pieces: Sequence[NamedReference], robot: RobotModel) -> None:

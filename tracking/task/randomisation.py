@@ -15,7 +15,7 @@ from robot_models import RobotModel
 from robot_models.maths import Array, array_namespace
 from robot_models.maths import rotation as rot
 from tracking.config import RandomisationConfig
-from tracking.engines import Rng, limit_torque_by_speed, training_model
+from tracking.engines import Rng, floor_geoms, limit_torque_by_speed, training_model
 
 if TYPE_CHECKING:
     import mujoco
@@ -32,10 +32,16 @@ class Robots:
 
 
 def draw_robots(
-    robot: RobotModel, count: int, physics_dt: float, config: RandomisationConfig, rng: np.random.Generator
+    robot: RobotModel,
+    count: int,
+    physics_dt: float,
+    config: RandomisationConfig,
+    rng: np.random.Generator,
+    *,
+    floor_work: bool = False,
 ) -> Robots:
-    """`count` robots; all of them nominal where randomisation is off."""
-    base, joints = training_model(robot, physics_dt), len(robot.joint_names)
+    """`count` robots; all of them nominal where randomisation is off. Of floor work see `training_model`."""
+    base, joints = training_model(robot, physics_dt, floor_work=floor_work), len(robot.joint_names)
     if not config.enabled:
         straight = np.tile(rot.IDENTITY, (count, 1))
         return Robots(
@@ -57,8 +63,7 @@ def _drawn(
     base: mujoco.MjModel, robot: RobotModel, config: RandomisationConfig, rng: np.random.Generator
 ) -> mujoco.MjModel:
     model = copy.copy(base)
-    soles = [g for g in range(model.ngeom) if "_sole_" in (model.geom(g).name or "")]
-    model.geom_friction[soles, 0] = rng.uniform(*config.friction)
+    model.geom_friction[floor_geoms(model), 0] = rng.uniform(*config.friction)
     factor = rng.uniform(*config.mass, size=model.nbody)
     model.body_mass[:] *= factor
     model.body_inertia[:] *= factor[:, None]

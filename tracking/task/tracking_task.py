@@ -19,6 +19,7 @@ from tracking.config import TaskConfig
 from tracking.engines import Engine, MujocoBatch
 from tracking.errors import TrackingError
 from tracking.policy import Measurement, joint_targets, target_range
+from tracking.task.motion_set import is_floor_work
 from tracking.task.observations import ObservationTable, TaskState, actor_table, privileged_table, teacher_table
 from tracking.task.randomisation import Pushes, draw_robots
 from tracking.task.resets import FocusedSampler, ResetSampler
@@ -69,7 +70,8 @@ class TrackingTask:
             )
         c, robot = self.config, self.robot
         physics_dt = self.dt / np.ceil(self.dt / c.physics_dt - 1e-9)
-        drawn = draw_robots(robot, self.envs, physics_dt, c.randomisation, rng)
+        on_floor = any(is_floor_work(r, robot) for r in references)
+        drawn = draw_robots(robot, self.envs, physics_dt, c.randomisation, rng, floor_work=on_floor)
         self.physics = self.engine(drawn.models, control_dt=self.dt, delay=drawn.delay, threads=self.threads)
         # From here on everything is where the engine computes.
         to_device, self.rng = self.physics.to_device, self.physics.make_rng(rng)

@@ -6,7 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from robot_models import forward_kinematics, lowest_point
 from robot_models.geometry import body_geoms
+from robot_models.maths import rotation as rot
 from tracking.config import RandomisationConfig
 from tracking.engines.mujoco import MujocoBatch, training_model
 from tracking.task.randomisation import draw_robots
@@ -53,6 +55,30 @@ def test_only_soles_touch_in_training_and_the_robot_keeps_its_own_contacts(dance
     assert {n for n in in_contact if "_sole_" not in n} == {"floor"} and len(in_contact) == 9
     assert dancer.model.geom_contype[body_geoms(dancer)].any()
     assert model.opt.timestep == 0.005 and training_model(dancer, 0.002).opt.timestep == 0.002
+
+
+def lying_on(dancer, batch, seconds=1.5):
+    """Dropped on its back from 35 cm, servos at rest."""
+    qpos = dancer.default_qpos.copy()[None]
+    qpos[0, 2], qpos[0, 3:7] = 0.35, rot.exp(np.array([0.0, -0.5 * np.pi, 0.0]))
+    batch.set(np.array([0]), qpos, np.zeros((1, batch.models[0].nv)), qpos[:, 7:])
+    for _ in range(round(seconds / 0.02)):
+        batch.step(dancer.default_joint_pos[None])
+    return batch.qpos[0]
+
+
+def test_floor_work_is_carried_by_the_body_and_without_it_a_body_falls_through(dancer):
+    for floor_work in (True, False):
+        end = lying_on(dancer, MujocoBatch([training_model(dancer, 0.005, floor_work=floor_work)], control_dt=0.02))
+        lowest = lowest_point(dancer, *forward_kinematics(dancer, end[None]))[0]
+        assert (-0.01 < lowest < 0.005) if floor_work else lowest < -0.1
+
+
+def test_a_whole_body_that_meets_the_floor_changes_no_bit_of_a_dance_on_two_feet(dancer, drawn):
+    config = dataclasses.replace(RandomisationConfig(), delay=(0.0, 0.03))
+    whole = draw_robots(dancer, 4, 0.005, config, np.random.default_rng(1), floor_work=True)
+    some, every = (play(dancer, d.models, d.delay, (0, 1), periods=10) for d in (drawn, whole))
+    np.testing.assert_array_equal(some, every)
 
 
 def test_a_robot_that_blows_up_stays_broken_and_harms_nobody(dancer, drawn):

@@ -8,7 +8,8 @@ import pytest
 
 pytest.importorskip("sapien")
 
-from robot_models import load_robot
+from robot_models import forward_kinematics, load_robot, lowest_point
+from robot_models.maths import rotation as rot
 from tracking.config import RandomisationConfig
 from tracking.engines.actuators import servo_gains
 from tracking.engines.mujoco import MujocoBatch, training_model
@@ -117,6 +118,21 @@ def test_it_stands_and_the_floor_carries_its_weight(dancer, profile):
         impulses = [p.impulse[2] for c in scene.system.get_contacts() for p in c.points]
         forces.append(abs(np.sum(impulses)) / batch.physics_dt)
     assert np.mean(forces) == pytest.approx(9.81 * model.body_mass.sum(), rel=0.01)
+
+
+@PROFILES
+def test_whoever_lies_is_carried_as_in_the_first_engine(dancer, profile):
+    ends = []
+    for batch in (physx([training_model(dancer, 0.005, floor_work=True)], profile),
+                  MujocoBatch([training_model(dancer, 0.005, floor_work=True)], control_dt=0.02)):  # fmt: skip
+        qpos = dancer.default_qpos.copy()
+        qpos[2], qpos[3:7] = 0.35, rot.exp(np.array([0.0, -0.5 * np.pi, 0.0]))
+        put(batch, qpos)
+        for _ in range(75):
+            batch.step(dancer.default_joint_pos[None])
+        ends.append(batch.qpos[0].copy())
+    lowest = lowest_point(dancer, *forward_kinematics(dancer, np.array(ends)))
+    assert (np.abs(lowest) < 0.01).all() and abs(ends[0][2] - ends[1][2]) < 0.02
 
 
 @PROFILES
