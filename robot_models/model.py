@@ -10,16 +10,19 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from robot_models.errors import RobotError
+from robot_models.maths import rotation as rot
 from robot_models.profile import FEET, RobotProfile, Sole
 
 if TYPE_CHECKING:
     import mujoco
 
 CONTACT_NAMES = tuple(f"{side}_{edge}" for side in FEET for edge in ("heel", "toe"))
+PART_NAMES = ("pelvis", *(f"{side}_{part}" for side in FEET for part in ("knee", "hand", "elbow", "shoulder")))
+"""What else of a body may be on the floor. A part is its landmark; a hand is what hangs on the wrist."""
 _SEGMENT = {"hip": "thigh", "knee": "shin", "shoulder": "upper arm", "elbow": "forearm", "wrist": "hand"}
 
 
@@ -94,6 +97,13 @@ class RobotModel:
     def landmark(self, name: str) -> int:
         """Place of the body that a landmark (pelvis, left_knee, ...) stands on."""
         return self.body(self.profile.landmarks[name])
+
+    def on_its_feet(
+        self, root_pos: Float[ndarray, "*#T 3"], root_quat: Float[ndarray, "*#T 4"]
+    ) -> Bool[ndarray, "*#T"]:
+        """Whether a pose may be of one who stands: who sits, lies or is on all fours is lower, or tilted by 73 degrees."""
+        up = rot.rotate(root_quat, np.broadcast_to([0.0, 0.0, 1.0], root_pos.shape))[..., 2]
+        return np.asarray((root_pos[..., 2] > 0.5 * self.default_qpos[2]) & (up > 0.3))
 
     @cached_property
     def hash(self) -> str:

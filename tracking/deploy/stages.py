@@ -9,9 +9,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from robot_models import RobotModel
 from tracking.deploy.guard import Guard
 from tracking.deploy.messages import Command, State
-from tracking.policy import Measurement, Runner
+from tracking.errors import TrackingError
+from tracking.policy import Measurement, Motion, Runner
 
 
 class Stage(Enum):
@@ -40,9 +42,13 @@ class Controller:
         runner: the policy, started anew for every dance: its heading is the robot's of that moment.
         guard: everything passes it; damping and stand are its robot's own, not the policy's.
         config: times.
+
+    Raises:
+        TrackingError: a motion that does not begin and end on its feet: the stages before and after it stand.
     """
 
     def __init__(self, runner: Runner, guard: Guard, config: StageConfig | None = None) -> None:
+        _check_ends(runner.motion, guard.limits.robot)
         self.runner, self.guard, self._config = runner, guard, config or StageConfig()
         self.stage, self.dances, self._ticks = Stage.DAMPING, 0, 0
         self._from: Float[ndarray, "J"] = np.zeros(0)
@@ -104,6 +110,17 @@ class Controller:
     def _over(self) -> Command:
         self.stage = Stage.OVER
         return self.guard.limits.damping()
+
+
+def _check_ends(motion: Motion, robot: RobotModel) -> None:
+    ends = [0, -1]
+    stands = robot.on_its_feet(motion.root_pos[ends], motion.root_quat[ends])
+    if not stands.all():
+        raise TrackingError(
+            "motion", found=f"one that {'ends' if stands[0] else 'begins'} on the floor",
+            expected="one that begins and ends on its feet: the robot is brought into its first pose, standing",
+            cure="dance it in simulation: dance-eval, dance-play",
+        )  # fmt: skip
 
 
 def _measured(state: State) -> Measurement:

@@ -166,3 +166,15 @@ def test_what_is_over_is_damping_even_from_a_state_that_is_no_state(make):
 def test_no_time_of_damping_and_none_of_standing_still_stand_once(make):
     seen = lengths(run(make(StageConfig(damping_s=0.0, rise_s=DT, stand_s=0.0))))
     assert [s for s, _ in seen] == [Stage.STAND, Stage.DANCE, Stage.STAND, Stage.OVER]
+
+
+@pytest.mark.parametrize("end", [0, -1], ids=["begins", "ends"])
+@pytest.mark.parametrize("pose", ["sits", "lies"])
+def test_a_motion_that_is_on_the_floor_at_an_end_is_no_motion_for_a_robot(parts, end, pose):
+    contract, motion = parts
+    root_pos, root_quat = motion.root_pos.copy(), motion.root_quat.copy()
+    root_pos[end, 2] = 0.2 if pose == "sits" else root_pos[end, 2]
+    root_quat[end] = root_quat[end] if pose == "sits" else rot.exp(np.array([0.0, 1.5, 0.0]))
+    low = dataclasses.replace(motion, root_pos=root_pos, root_quat=root_quat)
+    with pytest.raises(tracking.TrackingError, match="begins" if end == 0 else "ends"):
+        Controller(Runner(contract, lambda seen: np.zeros((len(seen), 29)), low), Guard(ROBOT), CONFIG)
