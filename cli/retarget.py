@@ -113,7 +113,7 @@ def _save(result: Retargeted, dances: list[Danced], args: Arguments) -> list[Pat
     make_folder(written[0])
     save_reference(result.reference, written[0], float32=args.float32)
     if args.write_contacts:
-        write_contacts(result.reference.contact[result.reference.dance], result.reference.fps, args.write_contacts)
+        write_contacts(result.reference, args.write_contacts)
         written.append(args.write_contacts)
     if args.recording:
         written.append(result.save(written[0].with_suffix(".rrd")))

@@ -12,11 +12,11 @@ from numpy import ndarray
 
 from clips.errors import ReferenceFileError
 from clips.metrics import metric_key, metric_label
-from robot_models import CONTACT_NAMES, RobotModel, forward_kinematics
+from robot_models import CONTACT_NAMES, PART_NAMES, RobotModel, forward_kinematics
 from robot_models.maths import rotation as rot
 
 FREE, PLANTED, PIVOTING, GLIDING = 0, 1, 2, 3
-"""What a sole edge does: nothing; stands; turns on the spot; carries while it slides over the floor."""
+"""What a sole edge, or another part, does: nothing; stands; turns on the spot; carries while it slides over the floor."""
 _LARGEST = 1e7  # number of any array, frame numbers too: no metre, radian or torque of a robot comes near
 _UNIT = 1e-4  # of a quaternion's length off one: single precision, and what other tools round to
 MOTION = ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w")
@@ -41,6 +41,7 @@ class Reference:
     segments: Int[ndarray, "S 3"]  # start, end, 1 if continuous with the one before
     meta: Mapping[str, Any]  # the rest of the JSON entry: source, config, versions, report
     joint_torque: Float[ndarray, "T J"] | None = None  # by inverse dynamics [N m]; None where nobody computed it
+    part_contact: Int[ndarray, "T P"] | None = None  # as `contact`, of PART_NAMES; None where feet alone touch
 
     def __post_init__(self) -> None:
         for names in (self.joint_names, self.body_names):
@@ -54,6 +55,7 @@ class Reference:
             **dict.fromkeys(("body_pos_w", "body_lin_vel_w", "body_ang_vel_w"), (frames, bodies, 3)),
             "body_quat_w": (frames, bodies, 4),
             "contact": (frames, len(CONTACT_NAMES)),
+            **({} if self.part_contact is None else {"part_contact": (frames, len(PART_NAMES))}),
             "segments": (len(np.atleast_1d(self.segments)), 3),
         }
         for name, shape in shapes.items():
@@ -68,10 +70,10 @@ class Reference:
             raise _refused(
                 "body_quat_w", f"quaternions of length {length.min():.4g} to {length.max():.4g}", "unit ones"
             )
-        if not np.isin(self.contact, (FREE, PLANTED, PIVOTING, GLIDING)).all():
-            raise _refused(
-                "contact", f"kinds {np.unique(self.contact).tolist()}", "0 free, 1 planted, 2 pivoting, 3 gliding"
-            )
+        for name in ("contact",) if self.part_contact is None else ("contact", "part_contact"):
+            kinds = np.unique(getattr(self, name))
+            if not np.isin(kinds, (FREE, PLANTED, PIVOTING, GLIDING)).all():
+                raise _refused(name, f"kinds {kinds.tolist()}", "0 free, 1 planted, 2 pivoting, 3 gliding")
         self._check_segments()
 
     def __repr__(self) -> str:
@@ -160,6 +162,7 @@ def make_reference(
     contact: Int[ndarray, "T F"],
     segments: Int[ndarray, "S 3"],
     meta: Mapping[str, Any],
+    part_contact: Int[ndarray, "T P"] | None = None,
 ) -> Reference:
     """A reference whose bodies and velocities follow from qpos: central differences, angular by the log map."""
     dt = 1.0 / fps
@@ -179,4 +182,5 @@ def make_reference(
         contact=np.asarray(contact, dtype=np.int8),
         segments=np.asarray(segments, dtype=np.int64),
         meta=meta,
+        part_contact=part_contact.astype(np.int8) if part_contact is not None and part_contact.any() else None,
     )

@@ -19,7 +19,7 @@ from clips.errors import ReferenceFileError
 from clips.files import write_whole
 from clips.provenance import FASTEST, SLOWEST
 from clips.reference import MOTION, Reference
-from robot_models import CONTACT_NAMES, RobotModel, forward_kinematics
+from robot_models import CONTACT_NAMES, PART_NAMES, RobotModel, forward_kinematics
 from robot_models.incoming import MAX_NAME, parsed, read_arrays
 from robot_models.maths import rotation as rot
 
@@ -46,6 +46,8 @@ def save_reference(reference: Reference, path: Path | str, *, float32: bool = Fa
         **reference.meta,
     }
     arrays = {k: getattr(reference, k).astype(kind) for k in (*MOTION, *reference.optional)}
+    if reference.part_contact is not None:
+        arrays |= {"part_contact": reference.part_contact, "part_names": np.array(PART_NAMES)}
     with write_whole(Path(path)) as stream:
         np.savez(
             stream,
@@ -78,13 +80,15 @@ def load_reference(path: Path | str, robot: RobotModel | None = None) -> Referen
     path, where = Path(path), str(path)
     data = _read_arrays(path)
     meta = _meta(data, where)
-    for key in ("contact", "segments"):
-        if data[key].dtype.kind not in "iu":
+    for key in ("contact", "segments", "part_contact"):
+        if key in data and data[key].dtype.kind not in "iu":
             raise ReferenceFileError(f"{where}, {key}", found=f"{data[key].dtype} values", expected="whole numbers")
     if tuple(_names(data, "contact_names", where)) != CONTACT_NAMES:
         raise ReferenceFileError(
             where, found=f"contact names {list(data['contact_names'])[:4]}", expected=f"{list(CONTACT_NAMES)}"
         )
+    if "part_contact" in data and ("part_names" not in data or _names(data, "part_names", where) != PART_NAMES):
+        raise ReferenceFileError(f"{where}, part_names", found="other names or none", expected=f"{list(PART_NAMES)}")
     reference = Reference(
         robot=meta["robot"],
         robot_hash=meta["robot_hash"],
@@ -96,6 +100,7 @@ def load_reference(path: Path | str, robot: RobotModel | None = None) -> Referen
         segments=data["segments"],
         meta={k: v for k, v in meta.items() if k not in _STATED},
         joint_torque=data.get("joint_torque"),
+        part_contact=data.get("part_contact"),
     )
     if robot is not None:
         check_reference_against(reference, robot, where)
@@ -114,7 +119,11 @@ def _read_arrays(path: Path) -> dict[str, ndarray]:
             str(path), found=f"no key {', '.join(missing)}", expected="a reference made by this project",
             cure="make one from the clip with dance-retarget",
         )  # fmt: skip
-    flat = [k for k in (*_KEYS, "joint_torque") if k in arrays and k not in ("fps", "meta") and not arrays[k].ndim]
+    flat = [
+        k
+        for k in (*_KEYS, "joint_torque", "part_contact")
+        if k in arrays and k not in ("fps", "meta") and not arrays[k].ndim
+    ]
     if flat or arrays["meta"].dtype.kind != "U":
         found = f"single values for {', '.join(flat)}" if flat else f"{arrays['meta'].dtype} for meta"
         raise ReferenceFileError(str(path), found=found, expected="arrays by frame, and words")

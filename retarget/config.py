@@ -66,6 +66,9 @@ class PartsConfig(Checked):
 
     reach: float = 0.05  # over its lowest, from which a part is led to the floor [m]
     most_flesh: float = 1.5  # of a part's usual thickness, that is taken off a joint's height
+    touching: float = 0.025  # over its lowest, under which it touches [m]
+    still: float = 0.3  # of a part that stands; a faster one glides [m/s]
+    gap_s: float = 0.1  # between two touches, that is one [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +83,7 @@ class ObjectiveWeights(Checked):
     planted: float = 410.0  # heel and toe edges while they touch
     pivot: float = 40.0  # across the floor, while they turn on purpose
     part: float = 100.0  # height of a knee, hand, elbow, seat or shoulder that is on the floor
+    part_place: float = 15.0  # across the floor, of one that stands there
     swing: float = 12.0  # in the air: the legs' directions matter more than the exact path
     planted_roll: float = 20.0  # of a touching foot about its length
     swing_roll: float = 1.0
@@ -122,6 +126,7 @@ class PhysicsConfig(Checked):
     settled: float = 0.5  # a frame with a lower score is left as it is
     margin_s: float = 0.2  # moved on either side of one that is not [s]
     stage: GridStage = GridStage(step_s=0.0, iterations=0, more_iterations=10, rounds=2, smooth_hz=3.22)
+    floor_iterations: int = 10  # more of them, where more than feet comes to the floor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,6 +141,7 @@ class WholeClipConfig(Checked):
         GridStage(step_s=0.0, iterations=0, more_iterations=14, rounds=2, smooth_hz=3.22),
     )
     physics: PhysicsConfig = PhysicsConfig()
+    floor_rounds: int = 5  # of the active set, where more than feet comes to the floor: much touches there at once
     travel_hz: float = 1.7  # half-power frequency of the root's way over the floor [Hz]: a robot cannot push it faster
     height_hz: float = 2.5  # of its height [Hz]
     settled: float = 0.05  # a last step below this is no movement [rad or m]

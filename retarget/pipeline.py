@@ -238,7 +238,8 @@ def solve(
         return qpos, padded
     targets = padded.targets
     glides = gliding_edges(robot, qpos, targets.feet.contact, targets.airborne, config.fps, config.glides)
-    carried = replace(padded, targets=targets.gliding(glides))
+    parts = targets.parts.anchored(robot, qpos, config.fps, config.feet)
+    carried = replace(padded, targets=replace(targets.gliding(glides), parts=parts))
     objective = make_objective(robot, carried.targets, config.weights, near, pinned_near, config.feet)
     return make_possible(robot, objective, qpos, config.fps, config.whole_clip, progress=progress), carried
 
@@ -252,6 +253,7 @@ def reference_of(
         qpos,
         config.fps,
         contact=padded.targets.feet.contact,
+        part_contact=padded.targets.parts.kind,
         segments=padded.segments,
         meta={"segment_names": list(padded.names)},
     )

@@ -80,5 +80,5 @@ class Gates(Checked):
     speed_share: float = 1.0  # of the motors' speed limits, frame to frame
     acceleration_share: float = 1.0  # of what the motors can do against the default pose's inertia, frame to frame
     airborne_points: float = 6.0  # difference of the airborne share to the source's, percentage points
-    unsupported_percent: float = 50.0  # of the upright frames, in which feet neither stand nor fly
+    unsupported_percent: float = 50.0  # of the frames, upright on feet that neither stand nor fly
     hovering_frames: float = 5.0  # of lead-in and lead-out

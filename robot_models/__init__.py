@@ -12,7 +12,7 @@ from robot_models.geometry import (
     self_collisions,
     surface_points,
 )
-from robot_models.model import CONTACT_NAMES, RobotModel
+from robot_models.model import CONTACT_NAMES, PART_NAMES, RobotModel
 from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_text
 from robot_models.profile import FEET, LANDMARKS, RobotProfile, Sole, expand_patterns, read_profile
 from robot_models.rigid_body import (
@@ -49,6 +49,7 @@ __all__ = [
     "DEFAULT_ROBOT",
     "FEET",
     "LANDMARKS",
+    "PART_NAMES",
     "POLAR",
     "BodyStates",
     "DanceError",

@@ -158,11 +158,20 @@ def carrying_points(
     touching = (contact[:, list(layout_of(robot).edge)] != FREE) | (
         still if airborne is None else still & ~airborne[:, None]
     )
-    return Carrying(soles=_beside(touching) & (height < _RULES.clear_height), parts=_carrying_parts(robot, pos, quat))
+    return Carrying(soles=_beside(touching) & (height < _RULES.clear_height), parts=carrying_parts(robot, pos, quat))
 
 
-def _carrying_parts(robot: RobotModel, pos: ndarray, quat: ndarray) -> Int[ndarray, "T K"]:
-    """The lowest points of the body that are on the floor; of feet only while their soles are not."""
+def carrying_parts(
+    robot: RobotModel, pos: Float[ndarray, "T B 3"], quat: Float[ndarray, "T B 4"], most: int | None = None
+) -> Int[ndarray, "T K"]:
+    """The lowest points of the body that are on the floor; of feet only while their soles are not.
+
+    Args:
+        robot: the robot.
+        pos: of its bodies [m].
+        quat: of its bodies, wxyz.
+        most: K; by default as many as there are in one frame, up to ten.
+    """
     surface = surface_points(robot)
     height = surface.heights(pos, quat)
     touching = height < _RULES.part_height
@@ -171,7 +180,7 @@ def _carrying_parts(robot: RobotModel, pos: ndarray, quat: ndarray) -> Int[ndarr
         level = rot.rotate(quat[:, foot], np.array([0.0, 0.0, 1.0]))[:, 2] > _RULES.level
         touching[:, surface.body == foot] &= ~level[:, None]
     carries = _beside(touching) & (height < _RULES.clear_height)
-    count = min(_MOST_PARTS, int(carries.sum(axis=1).max(initial=0)))
+    count = min(_MOST_PARTS, int(carries.sum(axis=1).max(initial=0))) if most is None else most
     lowest = np.argsort(np.where(carries, height, np.inf), axis=1, kind="stable")[:, :count]
     return np.where(np.take_along_axis(carries, lowest, axis=1), lowest, -1)
 

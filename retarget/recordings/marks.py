@@ -12,7 +12,7 @@ from clips import FREE, GLIDING, PIVOTING, PLANTED, MetricKey, Reference
 from retarget.dynamics import Dynamics
 from retarget.recordings.scene import RED, Log, slug, timelines
 from retarget.report import Diagnosis
-from robot_models import CONTACT_NAMES, RobotModel, self_collisions
+from robot_models import CONTACT_NAMES, PART_NAMES, RobotModel, self_collisions
 from robot_models.incoming import printable
 
 _GREEN = (60, 190, 110, 255)
@@ -52,13 +52,15 @@ def _draw_lane(log: Log, diagnosis: Diagnosis, reference: Reference) -> None:
 
 
 def draw_contact_lanes(log: Log, name: str, reference: Reference) -> Callable[[Any], Any]:
-    """A lane for each sole edge and what it does; returns its view."""
+    """A lane for each sole edge, and each other part that touches, and what it does; returns its view."""
     import rerun as rr
 
     states = {FREE: "free", PLANTED: "planted", PIVOTING: "pivoting", GLIDING: "gliding"}
     colours = [(45, 48, 56, 255), _GREEN, (245, 170, 40, 255), (70, 160, 245, 255)]
-    for k, edge in enumerate(CONTACT_NAMES):
-        labels = np.asarray(reference.contact[:, k])
+    lanes = dict(zip(CONTACT_NAMES, reference.contact.T, strict=True))
+    if reference.part_contact is not None:
+        lanes |= {n: labels for n, labels in zip(PART_NAMES, reference.part_contact.T, strict=True) if labels.any()}
+    for edge, labels in lanes.items():
         frames = np.flatnonzero(np.concatenate(([True], labels[1:] != labels[:-1])))
         entity = f"contacts/{slug(name)}/{edge}"
         log.log(entity, rr.StateConfiguration(values=list(states.values()), colors=colours), static=True)

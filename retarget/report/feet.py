@@ -13,7 +13,7 @@ from numpy import ndarray
 from clips import HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
 from retarget.report.metric import Metric, Where
 from retarget.rules import Gates, ReportConfig
-from retarget.targets import foot_yaw_rate, heel_toe_points
+from retarget.targets import foot_yaw_rate, heel_toe_points, soles_down
 from robot_models import CONTACT_NAMES, RobotModel, heel_toe_positions
 from robot_models.maths import intervals_of
 
@@ -24,6 +24,7 @@ def contact_labels(source: HumanClip) -> tuple[Bool[ndarray, "T 4"], Bool[ndarra
     """(touching, pivoting) per edge by the fixed rule, from the source alone."""
     points = heel_toe_points(source)
     in_contact = _RULES.contact.holds(*heights_and_speeds(points, source.fps, own_floor(points)))
+    in_contact &= np.repeat(soles_down(source), 2, axis=1)
     for k in range(4):
         for a, b in intervals_of(in_contact[:, k]):
             if b - a < _RULES.shortest_contact:
@@ -91,7 +92,7 @@ def measure_flight(lowest: Float[ndarray, "T"], reference: Reference, source: Hu
     share, source_share = 100.0 * float(up[dance].mean()), 100.0 * float(source_up.mean())
     off, uncarried = np.zeros((2, len(up)), dtype=bool)
     off[dance] = (up[dance] != source_up) & (up[dance] == (share > source_share))
-    upright, uncarried[dance] = _uncarried(source, source_up)
+    uncarried[dance] = _uncarried(source, source_up)
     in_leads = np.zeros(len(up), dtype=bool)
     for lead in reference.leads:
         in_leads[lead] = up[lead]
@@ -101,8 +102,8 @@ def measure_flight(lowest: Float[ndarray, "T"], reference: Reference, source: Hu
                meaning="toes and ankles over 4 cm up, nothing else down"),
         Metric(key=MetricKey.AIRBORNE_OFF_SOURCE, value=abs(share - source_share), unit="points",
                meaning="jumps that were lost or made", limit=gates.airborne_points, where=_longest(off, fps)),
-        Metric(key=MetricKey.UNSUPPORTED, value=100.0 * float(uncarried.sum()) / max(1.0, float(upright.sum())), unit="%",
-               meaning="of the source's upright frames: feet that slide or hover", limit=gates.unsupported_percent,
+        Metric(key=MetricKey.UNSUPPORTED, value=100.0 * float(uncarried[dance].mean()), unit="%",
+               meaning="of the source's frames: upright on feet that slide or hover", limit=gates.unsupported_percent,
                where=_longest(uncarried, fps)),
         Metric(key=MetricKey.HOVERING_LEADS, value=float(in_leads.sum()), unit="frames",
                meaning="lowest point over 2 cm up in lead-in or lead-out", limit=gates.hovering_frames,
@@ -129,8 +130,8 @@ def _flying(source: HumanClip) -> Bool[ndarray, "T"]:
     return np.asarray(up & (lowest > floor.min() + _RULES.down))
 
 
-def _uncarried(source: HumanClip, up: Bool[ndarray, "T"]) -> tuple[Bool[ndarray, "T"], Bool[ndarray, "T"]]:
-    """The upright frames, and of these the ones in which neither a foot stands nor both are in a flight that gravity ends.
+def _uncarried(source: HumanClip, up: Bool[ndarray, "T"]) -> Bool[ndarray, "T"]:
+    """Frames of an upright source in which neither a foot stands nor both are in a flight that gravity ends.
 
     A clip that skates, because its travel was lost or its feet float, cannot teach a robot to stand.
     """
@@ -139,4 +140,4 @@ def _uncarried(source: HumanClip, up: Bool[ndarray, "T"]) -> tuple[Bool[ndarray,
         flying[a:b] = b - a <= _RULES.longest_flight_s * source.fps
     upright = np.asarray(source.point("pelvis")[:, 2] - floor.min() > _RULES.upright * source.leg_length)
     carried = contact_labels(source)[0].any(axis=1) | flying
-    return upright, upright & ~carried
+    return np.asarray(upright & ~carried)

@@ -21,6 +21,7 @@ from retarget.dynamics import (
     ForceCone,
     MomentumRate,
     carrying_joints,
+    carrying_parts,
     carrying_points,
     force_cone,
     momentum_rate,
@@ -47,7 +48,7 @@ class FloorWrench:
     ) -> None:
         self._robot, self._fps, self._config = robot, fps, config
         kin = kinematics(robot, start)
-        # Where points carry is settled at the start: the motion shall not flee from what it lacks.
+        # Where soles carry is settled at the start: the motion shall not flee from what it lacks.
         self._carrying = carrying_points(robot, kin.pos, kin.quat, contact, fps, airborne)
         self.score = np.zeros(len(start))  # how far every frame is from what can be [gates], as `Dynamics.score`
         self._held = np.zeros(len(start), dtype=bool)
@@ -70,6 +71,8 @@ class FloorWrench:
 
     def rows(self, frames: Int[ndarray, "F"], kin: Kinematics, qpos: Float[ndarray, "F nq"]) -> PhysicsRows:
         """The rows of some frames, linearised about their poses; frames beside a gap have none."""
+        if self._carrying.parts.shape[1]:  # a hand that turns is on other points of its surface
+            self._carrying.parts[frames] = carrying_parts(self._robot, kin.pos, kin.quat, self._carrying.parts.shape[1])
         state, config, robot = self._state(frames, kin, qpos), self._config, self._robot
         inner, strain = state.rate.inner, np.abs(state.torque) / robot.effort - config.effort_share
         fresh = state.missing > config.least

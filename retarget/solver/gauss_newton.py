@@ -6,6 +6,8 @@ grows (Levenberg-Marquardt), and where it came out far worse the step is taken b
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
@@ -46,6 +48,9 @@ def refine(
     Raises:
         RetargetError: the problem has no finite solution.
     """
+    if objective.part_weight.shape[1]:
+        more = 0 if physics is None else physics.floor_iterations
+        stage = replace(stage, rounds=config.floor_rounds, more_iterations=stage.more_iterations + more)
     descent = _Descent(robot, objective, start, fps, stage, config, physics)
     margin = max(HALF_BANDWIDTH, round(config.settle_margin_s * fps))
     for k in range(stage.iterations + stage.more_iterations):

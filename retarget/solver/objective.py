@@ -11,8 +11,8 @@ from numpy import ndarray
 from clips import FREE, GLIDING, PIVOTING
 from retarget.config import FeetConfig, ObjectiveWeights
 from retarget.solver.free_joints import free_joints
-from retarget.targets import LIMBS, Targets, contact_share
-from robot_models import FEET, RobotModel
+from retarget.targets import LIMBS, Targets, contact_share, landmark_of
+from robot_models import FEET, PART_NAMES, RobotModel
 from robot_models.maths import rotation as rot
 
 
@@ -34,6 +34,8 @@ class Objective:
     part_height: Float[ndarray, "T P"]  # of the lowest points of bodies that are on the floor [m]
     part_weight: Float[ndarray, "T P"]
     part_body: Int[ndarray, "T P"]  # place in `body_names`
+    part_place: Float[ndarray, "T P 2"]  # on the floor, of the origins of those bodies [m]
+    part_place_weight: Float[ndarray, "T P"]
     contact: Int[ndarray, "T 4"]  # of the edges
     airborne: Bool[ndarray, "T"]  # frames of jumps, in which nothing carries
 
@@ -80,6 +82,8 @@ def make_objective(
     if pins is not None:
         pinned = np.isfinite(pins)
         posture, posture_weight = np.where(pinned, pins, posture), np.where(pinned, weights.pin, posture_weight)
+    parts, bodies = targets.parts, np.array([landmark_of(robot, name) for name in PART_NAMES])
+    down = parts.share.any(axis=0)
     return Objective(
         weights=weights,
         pelvis_pos=targets.pelvis_pos,
@@ -92,9 +96,11 @@ def make_objective(
         edge_weight=edge_weight,
         roll_weight=weights.swing_roll + in_contact * (weights.planted_roll - weights.swing_roll),
         posture_weight=posture_weight,
-        part_height=targets.parts.height,
-        part_weight=weights.part * targets.parts.share,
-        part_body=targets.parts.body,
+        part_height=parts.height[:, down],
+        part_weight=weights.part * parts.share[:, down],
+        part_body=np.broadcast_to(bodies[down], (len(posture), int(down.sum()))),
+        part_place=parts.anchor[:, down],
+        part_place_weight=weights.part_place * parts.held[:, down],
         contact=feet.contact,
         airborne=targets.airborne,
     )

@@ -107,8 +107,8 @@ def _feet(objective: Objective, kin: Kinematics) -> tuple[_Group, _Group]:
     )
 
 
-def _parts(objective: Objective, kin: Kinematics) -> tuple[Float[ndarray, "T P"], Float[ndarray, "T P nv"]]:
-    """How high the lowest points of parts are over where they shall be, and how that height changes."""
+def _parts(objective: Objective, kin: Kinematics) -> tuple[Float[ndarray, "T K"], Float[ndarray, "T K nv"]]:
+    """How high the lowest points of parts are over where they shall be, and how far bodies are from where they stand."""
     surface = surface_points(kin.robot)
     height = surface.heights(kin.pos, kin.quat)[:, None]
     own = surface.body == objective.part_body[..., None]
@@ -118,7 +118,11 @@ def _parts(objective: Objective, kin: Kinematics) -> tuple[Float[ndarray, "T P"]
     at = kin.pos[frame, body] + rot.rotate(kin.quat[frame, body], point)
     by = kin.derivatives(body, forces(at)[..., 2, :])
     off = np.take_along_axis(height[:, 0], lowest, axis=1) - objective.part_height
-    return objective.part_weight * off, objective.part_weight[..., None] * by
+    origin = kin.pos[frame, body]
+    away = (origin[..., :2] - objective.part_place).reshape(len(off), -1)
+    across = kin.derivatives(np.repeat(body, 2, axis=1), forces(origin)[..., :2, :].reshape(*away.shape, 6))
+    weight = np.concatenate((objective.part_weight, np.repeat(objective.part_place_weight, 2, axis=1)), axis=1)
+    return weight * np.concatenate((off, away), axis=1), weight[..., None] * np.concatenate((by, across), axis=1)
 
 
 def _turn(quat: ndarray, wanted: ndarray) -> ndarray:

@@ -1,7 +1,7 @@
 """What the robot shall reach: the source's contacts, and its body and feet in the robot's proportions."""
 
 from retarget.targets.ballistic_jumps import raise_jumps
-from retarget.targets.contacts import Contacts, find_contacts, foot_yaw_rate, heel_toe_points
+from retarget.targets.contacts import Contacts, find_contacts, foot_yaw_rate, heel_toe_points, soles_down
 from retarget.targets.edits import (
     ContactEdit,
     KeyFrame,
@@ -12,6 +12,7 @@ from retarget.targets.edits import (
     write_contacts,
 )
 from retarget.targets.feet import FootTargets, contact_share, smoothstep
+from retarget.targets.floor_parts import floor_parts, landmark_of
 from retarget.targets.leads import MotionWithLeads, add_leads, blend_frames, targets_of
 from retarget.targets.robot_figure import as_figure, mirrored
 from retarget.targets.targets import LIMBS, Targets, join, make_targets
@@ -30,9 +31,11 @@ __all__ = [
     "blend_frames",
     "contact_share",
     "find_contacts",
+    "floor_parts",
     "foot_yaw_rate",
     "heel_toe_points",
     "join",
+    "landmark_of",
     "make_targets",
     "mirrored",
     "pin_angles",
@@ -40,6 +43,7 @@ __all__ = [
     "read_contacts",
     "read_keys",
     "smoothstep",
+    "soles_down",
     "targets_of",
     "write_contacts",
 ]

@@ -10,10 +10,11 @@ from numpy import ndarray
 
 from clips import FREE, PIVOTING, PLANTED, HumanClip, heights_and_speeds, own_floor
 from retarget.config import ContactConfig
-from robot_models import FEET
+from robot_models import FEET, PART_NAMES
 from robot_models.maths import close_gaps, intervals_of, rotation
 
 UNSTATED = -1
+_LEVEL_SHIN = 0.2  # sine of its angle over the horizontal: 12 degrees
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -23,6 +24,7 @@ class Contacts:
     in_contact: Bool[ndarray, "T 4"]
     pivoting: Bool[ndarray, "T 2"]  # per foot: touching and turning faster than a planted foot would
     stated: Int[ndarray, "T 4"]  # what the user says each edge does; UNSTATED where nothing
+    stated_parts: Int[ndarray, "T P"]  # the same of the parts of PART_NAMES
 
     @property
     def labels(self) -> Int[ndarray, "T 4"]:
@@ -38,12 +40,14 @@ def find_contacts(clip: HumanClip, config: ContactConfig) -> Contacts:
     tight, loose = config.tight.holds(height, speed), config.loose.holds(height, speed)
     shortest = max(1, round(config.min_duration_s * clip.fps))
     in_contact = np.stack([_hysteresis(tight[:, k], loose[:, k], shortest) for k in range(4)], axis=1)
+    in_contact &= np.repeat(soles_down(clip), 2, axis=1)
     turning: ndarray = np.greater(np.abs(foot_yaw_rate(clip)), config.pivot_rate)
     both = np.asarray(in_contact.reshape(-1, 2, 2).any(axis=2))
     return Contacts(
         in_contact=in_contact,
         pivoting=np.stack([close_gaps(turning[:, s] & both[:, s], shortest) for s in range(2)], axis=1) & both,
         stated=np.full(in_contact.shape, UNSTATED),
+        stated_parts=np.full((clip.frames, len(PART_NAMES)), UNSTATED),
     )
 
 
@@ -56,6 +60,16 @@ def heel_toe_points(clip: HumanClip) -> Float[ndarray, "T 4 3"]:
             clip.point(f"{side}_toe" if f"{side}_toe" in clip.landmarks else f"{side}_ankle"),
         ]
     return np.stack(columns, axis=1)
+
+
+def soles_down(clip: HumanClip) -> Bool[ndarray, "T 2"]:
+    """Whether each foot can stand: not with its shin level, as of one who kneels or lies, whose feet lie on the floor too."""
+    return np.stack([_rise(clip, side) > _LEVEL_SHIN for side in FEET], axis=1)
+
+
+def _rise(clip: HumanClip, side: str) -> Float[ndarray, "T"]:
+    """Sine of a shin's angle over the horizontal, from ankle to knee."""
+    return rotation.unit(clip.point(f"{side}_knee") - clip.point(f"{side}_ankle"))[:, 2]
 
 
 def foot_yaw_rate(clip: HumanClip) -> Float[ndarray, "T 2"]:

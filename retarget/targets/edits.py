@@ -8,28 +8,29 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy import ndarray
 
-from clips import FREE, GLIDING, PIVOTING, PLANTED, write_whole
+from clips import FREE, GLIDING, PIVOTING, PLANTED, Reference, write_whole
 from retarget.errors import RetargetError
 from retarget.targets.contacts import Contacts
-from robot_models import CONTACT_NAMES, RobotModel
+from robot_models import CONTACT_NAMES, PART_NAMES, RobotModel
 from robot_models.incoming import MAX_CONFIG, read_text
 from robot_models.maths import intervals_of
 
 KINDS = {"free": FREE, "planted": PLANTED, "pivoting": PIVOTING, "gliding": GLIDING}
+_NAMES = (*CONTACT_NAMES, *PART_NAMES)
 _CONTACT_COLUMNS = "start", "end", "edge", "kind"
 _RADIANS, _DEGREES = ("time", "joint", "value"), ("time", "joint", "degrees")  # columns of key frames
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactEdit:
-    """One edge is of this kind from `start` until `end` [s], whatever was detected."""
+    """One edge of a sole, or another part of the body, is of this kind from `start` until `end` [s], whatever was detected."""
 
     start: float
     end: float
-    edge: str  # left_heel, left_toe, right_heel, right_toe
+    edge: str  # of CONTACT_NAMES or PART_NAMES
     kind: str  # free, planted, pivoting, gliding
 
 
@@ -53,11 +54,11 @@ def read_contacts(path: Path) -> list[ContactEdit]:
         edit = ContactEdit(
             start=_number(place, row["start"]), end=_number(place, row["end"]), edge=row["edge"], kind=row["kind"]
         )
-        if edit.edge not in CONTACT_NAMES or edit.kind not in KINDS or edit.end <= edit.start:
+        if edit.edge not in _NAMES or edit.kind not in KINDS or edit.end <= edit.start:
             raise RetargetError(
                 place,
                 found=", ".join(row.values()),
-                expected=f"start before end, an edge of {', '.join(CONTACT_NAMES)}, a kind of {', '.join(KINDS)}",
+                expected=f"start before end, an edge of {', '.join(_NAMES)}, a kind of {', '.join(KINDS)}",
             )
         edits.append(edit)
     return edits
@@ -76,19 +77,19 @@ def read_keys(path: Path) -> list[KeyFrame]:
     return keys
 
 
-def write_contacts(labels: Int[ndarray, "T 4"], fps: float, path: Path) -> None:
-    """Write what every edge does as a CSV that `read_contacts` reads, in order of time, to be edited.
+def write_contacts(reference: Reference, path: Path) -> None:
+    """Write what every edge does in its dance as a CSV that `read_contacts` reads, in order of time, to be edited.
 
-    Args:
-        labels: FREE, PLANTED, PIVOTING or GLIDING, of a dance's frames.
-        fps: of the frames.
-        path: the file.
+    Other parts of the body have rows where any of them ever touches.
     """
+    columns, fps = reference.contact[reference.dance], reference.fps
+    if reference.part_contact is not None:
+        columns = np.concatenate((columns, reference.part_contact[reference.dance]), axis=1)
     rows = [
         (a, k, f"{a / fps:.3f},{b / fps:.3f},{edge},{kind}")
-        for k, edge in enumerate(CONTACT_NAMES)
+        for k, edge in enumerate(_NAMES[: columns.shape[1]])
         for kind, number in KINDS.items()
-        for a, b in intervals_of(labels[:, k] == number)
+        for a, b in intervals_of(columns[:, k] == number)
     ]
     lines = [",".join(_CONTACT_COLUMNS), *(row for *_, row in sorted(rows))]
     with write_whole(path) as stream:
@@ -103,6 +104,7 @@ def apply_edits(contacts: Contacts, edits: Iterable[ContactEdit], fps: float) ->
     """
     length_s = len(contacts.in_contact) / fps
     in_contact, pivoting, stated = contacts.in_contact.copy(), contacts.pivoting.copy(), contacts.stated.copy()
+    stated_parts = contacts.stated_parts.copy()
     for edit in edits:
         if edit.start < 0.0 or edit.end > length_s + 1.0 / fps:
             raise RetargetError(
@@ -110,13 +112,16 @@ def apply_edits(contacts: Contacts, edits: Iterable[ContactEdit], fps: float) ->
                 expected=f"0 to {length_s:.2f} s: seconds of the dance",
             )  # fmt: skip
         frames = slice(max(0, round(edit.start * fps)), max(0, round(edit.end * fps)))
+        if edit.edge in PART_NAMES:
+            stated_parts[frames, PART_NAMES.index(edit.edge)] = KINDS[edit.kind]
+            continue
         edge = CONTACT_NAMES.index(edit.edge)
         in_contact[frames, edge] = stands = edit.kind in ("planted", "pivoting")
         stated[frames, edge] = KINDS[edit.kind]
         if stands:  # what the other edge of the foot does is another row's
             pivoting[frames, edge // 2] = edit.kind == "pivoting"
     both = in_contact.reshape(-1, 2, 2).any(axis=2)
-    return replace(contacts, in_contact=in_contact, pivoting=pivoting & both, stated=stated)
+    return replace(contacts, in_contact=in_contact, pivoting=pivoting & both, stated=stated, stated_parts=stated_parts)
 
 
 def pin_angles(keys: Iterable[KeyFrame], robot: RobotModel, frames: int, fps: float) -> Float[ndarray, "T J"]:

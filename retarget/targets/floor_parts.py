@@ -1,67 +1,96 @@
-"""Knees, hands, elbows, seat and shoulders of a person that are on the floor: how high the robot's shall be."""
+"""Knees, hands, elbows, seat and shoulders of a person that are on the floor: what they do there, how high the robot's are."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from clips import HumanClip, own_floor
-from retarget.config import PartsConfig
-from retarget.targets.contacts import heel_toe_points
-from retarget.targets.feet import smoothstep
-from robot_models import FEET, RobotModel
+from clips import FREE, GLIDING, PIVOTING, PLANTED, HumanClip, heights_and_speeds, own_floor
+from retarget.config import FeetConfig, PartsConfig
+from retarget.targets.contacts import UNSTATED, heel_toe_points
+from retarget.targets.feet import contact_share, smoothstep
+from robot_models import PART_NAMES, RobotModel, forward_kinematics
+from robot_models.maths import close_gaps, intervals_of
 
-_THICK = {"knee": 0.08, "wrist": 0.06, "elbow": 0.06, "shoulder": 0.10}  # of a person, from the joint to the floor [m]
-_SEAT = 0.10
+_THICK = {
+    "pelvis": 0.10,
+    "knee": 0.08,
+    "hand": 0.06,
+    "elbow": 0.06,
+    "shoulder": 0.10,
+}  # from the joint to the floor [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FloorParts:
-    """Parts of the robot that come near the floor: T frames, P parts; P is 0 for a dance on its feet."""
+    """The parts of PART_NAMES near the floor: T frames, P parts."""
 
-    height: Float[ndarray, "T P"]  # of their lowest points [m]
+    height: Float[ndarray, "T P"]  # of the robot's lowest points [m]
     share: Float[ndarray, "T P"]  # 1 on the floor, 0 well over it
-    body: Int[ndarray, "T P"]  # place in `body_names`
+    kind: Int[ndarray, "T P"]  # FREE, PLANTED, PIVOTING or GLIDING
+    anchor: Float[ndarray, "T P 2"]  # where planted ones stay [m]
+    held: Float[ndarray, "T P"]  # how firmly: 1 in a touch, falling to 0 around it
 
     def at(self, frames: Int[ndarray, "F"]) -> FloorParts:
         """Some of the frames."""
         return FloorParts(**{f.name: getattr(self, f.name)[frames] for f in fields(self)})
 
+    def anchored(self, robot: RobotModel, qpos: Float[ndarray, "T nq"], fps: float, config: FeetConfig) -> FloorParts:
+        """The same with each touch held where a motion has it, on average over the touch."""
+        anchor, stands = self.anchor.copy(), (self.kind == PLANTED) | (self.kind == PIVOTING)
+        if not stands.any():
+            return self
+        pos, _ = forward_kinematics(robot, qpos)
+        for k, name in enumerate(PART_NAMES):
+            anchor[:, k] = pos[:, landmark_of(robot, name), :2]
+            for a, b in intervals_of(stands[:, k]):
+                anchor[a:b, k] = anchor[a:b, k].mean(axis=0)
+        return replace(self, anchor=anchor, held=np.where(stands, contact_share(stands, fps, config), 0.0))
+
+
+def landmark_of(robot: RobotModel, part: str) -> int:
+    """The body that carries a part: a hand hangs on its wrist."""
+    return robot.landmark(part.replace("hand", "wrist"))
+
 
 def join_parts(parts: Sequence[FloorParts]) -> FloorParts:
     """One after the other."""
-    most = max(p.share.shape[1] for p in parts)
-    wide = {
-        f.name: [np.pad(getattr(p, f.name), ((0, 0), (0, most - p.share.shape[1]))) for p in parts]
-        for f in fields(FloorParts)
-    }
-    return FloorParts(**{name: np.concatenate(arrays) for name, arrays in wide.items()})
+    return FloorParts(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(FloorParts)})
 
 
 def no_parts(frames: int) -> FloorParts:
     """Of a motion on its feet."""
-    nothing = np.zeros((frames, 0))
-    return FloorParts(height=nothing, share=nothing, body=nothing.astype(int))
+    nothing = np.zeros((frames, len(PART_NAMES)))
+    return FloorParts(
+        height=nothing, share=nothing, kind=nothing.astype(int), anchor=np.zeros((*nothing.shape, 2)), held=nothing
+    )
 
 
-def floor_parts(clip: HumanClip, robot: RobotModel, scale: float, config: PartsConfig) -> FloorParts:
-    """Find them by their heights over the floor of the feet; the thickness of flesh is taken off."""
-    floor = float(own_floor(heel_toe_points(clip)).min())
-    thick = {"pelvis": _SEAT} | {f"{side}_{part}": t for side in FEET for part, t in _THICK.items()}
-    heights, shares, bodies = [], [], []
-    for name, flesh in thick.items():
-        over = clip.point(name)[:, 2] - floor
-        over = np.maximum(over - min(float(np.percentile(over, 1.0)), config.most_flesh * flesh), 0.0)
-        share = smoothstep(1.0 - over / config.reach)
-        if (share > 0.0).any():
-            heights.append(scale * over)
-            shares.append(share)
-            bodies.append(robot.landmark(name))
-    if not bodies:
-        return no_parts(clip.frames)
-    body = np.broadcast_to(np.array(bodies), (clip.frames, len(bodies)))
-    return FloorParts(height=np.stack(heights, axis=1), share=np.stack(shares, axis=1), body=body)
+def floor_parts(
+    clip: HumanClip, scale: float, config: PartsConfig, stated: Int[ndarray, "T P"] | None = None
+) -> FloorParts:
+    """Find them by their heights over the floor of the feet; the thickness of flesh is taken off.
+
+    Args:
+        clip: the source.
+        scale: robot leg length over the person's.
+        config: when a part is on the floor.
+        stated: what the user says each part does; UNSTATED where nothing.
+    """
+    points = np.stack([clip.point(name.replace("hand", "wrist")) for name in PART_NAMES], axis=1)
+    over, speed = heights_and_speeds(points, clip.fps, float(own_floor(heel_toe_points(clip)).min()))
+    flesh = config.most_flesh * np.array([_THICK[name.split("_")[-1]] for name in PART_NAMES])
+    over = np.maximum(over - np.minimum(np.percentile(over, 1.0, axis=0), flesh), 0.0)
+    share, kind = smoothstep(1.0 - over / config.reach), np.full(over.shape, FREE)
+    for k, low in enumerate((over < config.touching).T):
+        down = close_gaps(low, round(config.gap_s * clip.fps))
+        kind[down, k] = np.where(speed[down, k] < config.still, PLANTED, GLIDING)
+    if stated is not None:
+        says = stated != UNSTATED
+        kind, share = np.where(says, stated, kind), np.where(says, 1.0 * (stated != FREE), share)
+        over = np.where(says & (stated != FREE), 0.0, over)
+    return replace(no_parts(clip.frames), height=scale * over, share=share, kind=kind)

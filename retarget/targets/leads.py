@@ -37,7 +37,7 @@ class MotionWithLeads:
 def add_leads(
     robot: RobotModel, qpos: Float[ndarray, "T nq"], targets: Targets, config: RetargetConfig
 ) -> MotionWithLeads:
-    """Put a stand and a blend before and after the dance.
+    """Put a stand and a blend before and after the dance, where it does not begin or end on the floor.
 
     The stand takes the feet's places from the dance's end pose, set flat on the floor; a foot that is in the air
     there lifts off during the blend. The targets of the leads are the blend's own poses.
@@ -81,8 +81,8 @@ def _lead(
     robot: RobotModel, end: ndarray, feet: FootTargets, config: RetargetConfig, duration_s: float
 ) -> tuple[ndarray, FootTargets] | None:
     """Frames from the stand up to, but without, the pose `end`."""
-    if duration_s <= 0.0:
-        return None
+    if duration_s <= 0.0 or not robot.on_its_feet(end[:3], end[3:7]):
+        return None  # no blend brings a robot from a stand onto the floor: that is a dance of its own
     stand, stand_feet = _stand(robot, end, feet)
     still = round(config.stand_s * config.fps)
     moving = blend_frames(robot, stand, end, config.fps, duration_s)

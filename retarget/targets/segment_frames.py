@@ -14,6 +14,9 @@ from clips import HumanClip
 from robot_models.maths import nearest
 from robot_models.maths import rotation as rot
 
+_INSTEP = np.radians(25.0)  # by which the line from ankle to toe falls, of a foot that is flat
+_LIES, _STANDS = 0.2, 0.6  # sines of a shin's angle over the horizontal
+
 
 def trunk_frames(clip: HumanClip) -> tuple[Float[ndarray, "T 4"], Float[ndarray, "T 4"]]:
     """Orientations of pelvis and upper trunk.
@@ -37,13 +40,20 @@ def trunk_frames(clip: HumanClip) -> tuple[Float[ndarray, "T 4"], Float[ndarray,
 
 
 def foot_frames(clip: HumanClip, side: str, flat: Bool[ndarray, "T"]) -> Float[ndarray, "T 4"]:
-    """Orientation of a foot: level, heading from ankle to toe, on average over the frames in `flat`."""
+    """Orientation of a foot: level, heading from ankle to toe, on average over the frames in `flat`.
+
+    Where there are none, as of one who only crawls, the sole is taken to lie as under most people's ankles.
+    """
     along = foot_direction(clip, side)
     recorded = clip.orientation(f"{side}_ankle")
     if recorded is not None and clip.upright:
         return recorded
+    geometric = rot.from_axes(along, _foot_left(clip, side, along))
     if recorded is None:
-        recorded = rot.from_axes(along, _foot_left(clip, side, along))
+        recorded = geometric
+    if not flat.any():
+        slope = _INSTEP if f"{side}_toe" in clip.landmarks else 0.0
+        return calibrate(recorded, rot.multiply(geometric, rot.exp(np.array([[0.0, -slope, 0.0]]))))
     heading = np.arctan2(along[:, 1], along[:, 0])
     return calibrate(recorded, rot.from_yaw(heading), where=flat)
 
@@ -59,11 +69,13 @@ def _foot_left(clip: HumanClip, side: str, along: Float[ndarray, "T 3"]) -> Floa
 
 
 def foot_direction(clip: HumanClip, side: str) -> Float[ndarray, "T 3"]:
-    """From ankle to toe; without a toe, forward of the shin's swing: the pelvis' front made level."""
+    """From ankle to toe; without a toe, the pelvis' front: made level over a shin that is up, across one that lies."""
     if f"{side}_toe" in clip.landmarks:
         return clip.point(f"{side}_toe") - clip.point(f"{side}_ankle")
     left = clip.point("left_hip") - clip.point("right_hip")
-    return np.cross(left, np.broadcast_to([0.0, 0.0, 1.0], left.shape))
+    shin = rot.unit(clip.point(f"{side}_knee") - clip.point(f"{side}_ankle"))
+    upright = np.clip((shin[:, 2:] - _LIES) / (_STANDS - _LIES), 0.0, 1.0)
+    return np.cross(left, shin + upright * (np.array([0.0, 0.0, 1.0]) - shin))
 
 
 def calibrate(

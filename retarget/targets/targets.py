@@ -99,7 +99,7 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
         limbs=_limbs(clip, robot, zero_pos),
         feet=feet,
         airborne=np.zeros(clip.frames, dtype=bool),
-        parts=floor_parts(clip, robot, scale, config.parts),
+        parts=floor_parts(clip, scale, config.parts, contacts.stated_parts),
         stated=contacts.stated,
     )
 

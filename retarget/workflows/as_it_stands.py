@@ -11,7 +11,7 @@ from clips.edit import resample
 from retarget.config import RetargetConfig
 from retarget.pipeline import Retargeted, finish_reference, meta_of, physics_of
 from retarget.report import measure
-from retarget.targets import as_figure, find_contacts
+from retarget.targets import as_figure, find_contacts, floor_parts
 from robot_models import RobotModel
 from robot_models.maths import one_blas_thread
 
@@ -46,6 +46,7 @@ def as_it_stands(clip: Clip, robot: RobotModel, config: RetargetConfig | None = 
     contacts = find_contacts(source, config.contact)
     bare = make_reference(
         robot, full_qpos(recorded, robot), config.fps, contact=contacts.labels,
+        part_contact=floor_parts(source, 1.0, config.parts).kind,
         segments=np.array([[0, recorded.frames, 0]]), meta={"segment_names": ["dance"]},
     )  # fmt: skip
     dynamics = physics_of(bare, robot) if config.dynamics else None

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clips import ReferenceFileError, check_reference_against, load_reference, make_reference, save_reference
-from robot_models import load_robot
+from robot_models import PART_NAMES, load_robot
 from robot_models.maths import rotation as rot
 
 
@@ -149,6 +149,28 @@ def test_torques_are_kept_where_there_are_any(reference, tmp_path):
     np.testing.assert_array_equal(load_reference(tmp_path / "t.npz").joint_torque, torque)
     save_reference(reference, tmp_path / "n.npz")
     assert load_reference(tmp_path / "n.npz").joint_torque is None
+
+
+def test_parts_on_the_floor_are_kept_and_files_of_dances_on_two_feet_have_none(reference, tmp_path):
+    parts = np.zeros((reference.frames, len(PART_NAMES)), dtype=np.int8)
+    parts[3:9, PART_NAMES.index("left_knee")] = 1
+    save_reference(replace(reference, part_contact=parts), tmp_path / "p.npz")
+    np.testing.assert_array_equal(load_reference(tmp_path / "p.npz").part_contact, parts)
+    save_reference(reference, tmp_path / "n.npz")
+    assert load_reference(tmp_path / "n.npz").part_contact is None
+    assert not {"part_contact", "part_names"} & set(np.load(tmp_path / "n.npz").files)
+    arrays = dict(np.load(tmp_path / "p.npz"))
+    for broken in (
+        {"part_names": np.array(PART_NAMES[::-1])}, {"part_contact": parts + 7},
+        {"part_contact": parts[:, 1:]}, {"part_contact": parts * 1.0}, {"part_contact": np.array(1)},
+    ):  # fmt: skip
+        np.savez(tmp_path / "b.npz", **arrays | broken)
+        with pytest.raises(ReferenceFileError, match="part_"):
+            load_reference(tmp_path / "b.npz")
+    arrays.pop("part_names")
+    np.savez(tmp_path / "b.npz", **arrays)
+    with pytest.raises(ReferenceFileError, match="part_names"):
+        load_reference(tmp_path / "b.npz")
 
 
 def test_what_was_noted_comes_back_and_what_every_file_states_is_not_noted_twice(dancer, tmp_path):

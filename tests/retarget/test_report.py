@@ -148,8 +148,8 @@ def test_whoever_skates_is_below_the_gate_and_whoever_walks_is_not(shared):
     from retarget.report.feet import _flying, _uncarried
 
     def unsupported(clip):
-        upright, uncarried = _uncarried(clip, _flying(clip))
-        return 100.0 * uncarried.sum() / upright.sum()
+        uncarried = _uncarried(clip, _flying(clip))
+        return 100.0 * uncarried.mean()
 
     walks = [
         "bvh/cmu_12_01_walk.bvh",

@@ -23,6 +23,7 @@ def goals_with(posture, weight):
         weights=ObjectiveWeights(),
         pelvis_pos=np.zeros((frames, 3)), pelvis_quat=np.zeros((frames, 4)), torso_quat=np.zeros((frames, 4)),
         part_height=np.zeros((frames, 0)), part_weight=np.zeros((frames, 0)), part_body=np.zeros((frames, 0), dtype=int),
+        part_place=np.zeros((frames, 0, 2)), part_place_weight=np.zeros((frames, 0)),
         limbs=np.zeros((frames, 8, 3)), edges=np.zeros((frames, 4, 3)), foot_quat=np.zeros((frames, 2, 4)),
         contact=np.zeros((frames, 4), dtype=int),
         airborne=np.zeros(frames, dtype=bool), posture=posture,

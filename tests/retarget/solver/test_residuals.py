@@ -56,6 +56,8 @@ def goals_about(robot, qpos, rng, *, apart, turned):
         part_height=np.zeros((count, 0)),
         part_weight=np.zeros((count, 0)),
         part_body=np.zeros((count, 0), dtype=int),
+        part_place=np.zeros((count, 0, 2)),
+        part_place_weight=np.zeros((count, 0)),
         contact=np.zeros((count, 4), dtype=int),
         airborne=np.zeros(count, dtype=bool),
         edge_weight=rng.uniform(0.5, 1.5, (count, 4, 3)),
@@ -92,18 +94,24 @@ def test_every_row_is_the_derivative_of_its_residual_where_no_orientation_is_off
     assert_derivatives(jacobian, slopes)
 
 
-def test_rows_of_parts_on_the_floor_are_heights_of_their_lowest_points_and_their_derivatives(robot, rng):
+def test_rows_of_parts_on_the_floor_are_heights_and_places_and_their_derivatives(robot, rng):
     qpos = random_poses(robot, rng)
     bodies = np.tile([robot.landmark("left_knee"), 0, robot.landmark("right_wrist")], (len(qpos), 1))
     objective = dataclasses.replace(
         goals_about(robot, qpos, rng, apart=1.0, turned=np.zeros(3)),
         part_height=np.zeros(bodies.shape), part_weight=rng.uniform(0.5, 1.5, bodies.shape), part_body=bodies,
+        part_place=rng.normal(size=(*bodies.shape, 2)), part_place_weight=rng.uniform(0.5, 1.5, bodies.shape),
     )  # fmt: skip
     kin = kinematics(robot, qpos)
     lowest = surface_points(robot).heights(kin.pos, kin.quat)
     for k, body in enumerate(bodies[0]):
         height = lowest[:, surface_points(robot).body == body].min(axis=1)
         np.testing.assert_allclose(residual_rows(objective, kin)[0][:, 47 + k], objective.part_weight[:, k] * height)
+        away = kin.pos[:, body, :2] - objective.part_place[:, k]
+        rows = slice(47 + len(bodies[0]) + 2 * k, 47 + len(bodies[0]) + 2 * k + 2)
+        np.testing.assert_allclose(
+            residual_rows(objective, kin)[0][:, rows], objective.part_place_weight[:, k, None] * away
+        )
     jacobian, slopes = both(robot, objective, qpos)
     assert np.abs(slopes[:, 47:]).max() > 0.1
     assert_derivatives(jacobian, slopes)

@@ -221,3 +221,14 @@ def test_a_heel_that_rises_leaves_its_toe_touching():
     ankles[30:70, 0, 2] += 0.1 * np.sin(np.pi * np.arange(40) / 40) ** 2
     in_contact = find_contacts(person(ankles, toes), CONFIG).in_contact
     assert in_contact[:, 1].all() and not in_contact[45:55, 0].any()
+
+
+def test_feet_of_one_whose_shins_are_level_lie_on_the_floor_and_do_not_stand():
+    ankles, toes = standing_feet(60)
+    upright = person(ankles, toes)
+    kneeling = upright.positions.copy()
+    for side, y in (("left", 0.1), ("right", -0.1)):
+        kneeling[30:, upright.names.index(f"{side}_knee")] = (0.4, y, ANKLE)
+    clip = dataclasses.replace(upright, positions=kneeling)
+    assert find_contacts(upright, CONFIG).in_contact.all()
+    assert find_contacts(clip, CONFIG).in_contact[:30].all() and not find_contacts(clip, CONFIG).in_contact[30:].any()

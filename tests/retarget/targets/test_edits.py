@@ -1,11 +1,13 @@
 """The user's own touches, key frames, tempo and side."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from conftest import SAMPLES
 from damage import read_shared
 
-from clips import FREE, GLIDING, ClipError, at_speed, cut, mirror, read_clip, warp_time
+from clips import FREE, GLIDING, PLANTED, ClipError, at_speed, cut, mirror, read_clip, warp_time
 from retarget import (
     FitConfig,
     KeyFrame,
@@ -21,6 +23,7 @@ from retarget.config import PhysicsConfig, WholeClipConfig
 from retarget.targets.contacts import find_contacts
 from retarget.targets.edits import apply_edits
 from retarget.workflows.time_scaling import pace_for
+from robot_models import PART_NAMES, lowest_points
 
 SHORT = RetargetConfig(lead_in_s=0.0, lead_out_s=0.0)
 AS_IT_IS = RetargetConfig(
@@ -33,21 +36,43 @@ def clip():
     return cut(read_clip(SAMPLES / "groove.bvh"), 0.0, 2.0)
 
 
+def padded_by_leads(reference, labels):
+    contact = np.array(reference.contact)
+    contact[reference.dance] = labels
+    return contact
+
+
 def test_written_touches_read_back_as_the_same(groove, tmp_path):
-    write_contacts(groove.contacts.labels, 50.0, tmp_path / "c.csv")
+    labels = groove.contacts.labels
+    dance = dataclasses.replace(groove.reference, contact=padded_by_leads(groove.reference, labels))
+    write_contacts(dance, tmp_path / "c.csv")
     nothing = find_contacts(groove.source, SHORT.contact)
     again = apply_edits(nothing, read_contacts(tmp_path / "c.csv"), 50.0)
-    np.testing.assert_array_equal(again.labels, groove.contacts.labels)
+    np.testing.assert_array_equal(again.labels, labels)
 
 
 def test_touches_given_back_unedited_are_the_same_dance(shared, dancer, tmp_path):
     fast = cut(read_shared(shared, "amc/cmu_charleston1.amc"), 0.0, 4.0)
     first = retarget(fast, dancer, SHORT)
     assert (first.reference.contact == GLIDING).any()
-    write_contacts(first.reference.contact, 50.0, tmp_path / "c.csv")
+    write_contacts(first.reference, tmp_path / "c.csv")
     again = retarget(fast, dancer, SHORT, contacts=read_contacts(tmp_path / "c.csv"))
     np.testing.assert_array_equal(again.reference.contact, first.reference.contact)
     np.testing.assert_allclose(again.reference.joint_pos, first.reference.joint_pos, atol=1e-9)
+
+
+def test_other_parts_of_the_body_touch_as_stated_and_are_written_beside_the_soles(clip, dancer, tmp_path):
+    (tmp_path / "c.csv").write_text("start,end,edge,kind\n0.5,1.0,left_hand,planted\n0.2,0.4,pelvis,gliding\n")
+    edits = read_contacts(tmp_path / "c.csv")
+    reference = retarget(clip, dancer, AS_IT_IS, contacts=edits).reference
+    hand, pelvis = (reference.part_contact[:, PART_NAMES.index(name)] for name in ("left_hand", "pelvis"))
+    assert (hand[25:50] == PLANTED).all() and (pelvis[10:20] == GLIDING).all()
+    assert not hand[:25].any() and reference.part_contact.astype(bool).sum() == 35
+    lowest = lowest_points(dancer, reference.body_pos_w, reference.body_quat_w)
+    assert lowest[35:45, dancer.landmark("left_wrist")].max() < 0.05  # led down, as far as goals of other parts let it
+    write_contacts(reference, tmp_path / "again.csv")
+    again = [e for e in read_contacts(tmp_path / "again.csv") if e.edge == "left_hand" and e.kind != "free"]
+    assert again == [edits[0]]
 
 
 def test_touches_outside_the_dance_are_refused(clip, dancer, tmp_path):

@@ -109,6 +109,7 @@ def test_feet_that_stand_where_the_dance_begins_are_never_moved_and_those_in_the
 @pytest.mark.parametrize("fps", [30.0, 50.0, 200.0])
 def test_no_joint_is_led_faster_than_half_its_motor_and_no_lead_is_shorter_than_asked(robot, fps, rng):
     start, end = random_poses(robot, rng, 2)
+    end[2:7] = robot.default_qpos[2:7]
     config = dataclasses.replace(CONFIG, fps=fps, lead_in_s=0.1, lead_out_s=0.0)
     frames = blend_frames(robot, start, end, fps, 0.1)
     head = add_leads(robot, end[None].repeat(3, axis=0), own_targets(robot, end[None].repeat(3, axis=0)), config)
@@ -117,3 +118,15 @@ def test_no_joint_is_led_faster_than_half_its_motor_and_no_lead_is_shorter_than_
     assert (speed / robot.velocity).max() > 0.4  # the slowest motor sets the time: no longer than needed
     assert frames >= 0.1 * fps and blend_frames(robot, start, start, fps, 0.1) == np.ceil(0.1 * fps)
     assert blend_frames(robot, start, end, fps, 0.1) == blend_frames(robot, end, start, fps, 0.1)
+
+
+@pytest.mark.parametrize("trunk", [0.0, 0.5], ids=["sits low", "lies"])
+def test_a_dance_that_begins_on_the_floor_begins_there(robot, swaying, trunk):
+    """No blend brings a robot from a stand onto the floor."""
+    low = swaying.copy()
+    half = slice(0, len(low) // 2)
+    low[half, 2] *= 0.3 if trunk == 0.0 else 1.0
+    low[half, 3:7] = rot.exp(np.array([0.0, trunk * np.pi, 0.0]))
+    assert add_leads(robot, low, own_targets(robot, low), CONFIG).names == ("dance", "lead-out")
+    back = low[::-1].copy()
+    assert add_leads(robot, back, own_targets(robot, back), CONFIG).names == ("lead-in", "dance")

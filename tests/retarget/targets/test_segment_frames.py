@@ -101,3 +101,16 @@ def test_without_toes_a_foot_heads_where_the_pelvis_does():
         along = rot.unit(foot_direction(bare, side))
         np.testing.assert_allclose(along, np.tile([np.cos(0.8), np.sin(0.8), 0.0], (clip.frames, 1)), atol=1e-9)
     assert np.abs(rot.unit(foot_direction(clip, "left"))[0, 2]) > 0.1  # with toes it slopes down to them
+
+
+def test_a_foot_that_never_stands_has_its_sole_where_most_people_have_it():
+    """Known from the ankle, the toe and the shin alone, in any pose: as of the same foot that stands."""
+    clip = stepping()
+    flat = np.zeros(clip.frames, dtype=bool)
+    for side in ("left", "right"):
+        known = foot_frames(clip, side, ~flat)
+        unknown = foot_frames(clip, side, flat)
+        assert rot.angle_between(known, unknown).max() < np.radians(12.0)
+        lying = dataclasses.replace(clip, positions=rot.rotate(rot.exp(np.array([0.0, 1.5, 0.0])), clip.positions))
+        turned = rot.multiply(rot.exp(np.array([[0.0, 1.5, 0.0]])), unknown)
+        assert rot.angle_between(foot_frames(lying, side, flat), turned).max() < 1e-6
