@@ -62,9 +62,9 @@ def foot_targets(
 
 
 def contact_share(
-    touching: Bool[ndarray, "T 4"], fps: float, config: FeetConfig = FeetConfig()
-) -> Float[ndarray, "T 4"]:
-    """Per edge 1 while it touches, falling smoothly to 0 when it does not: how firmly the solver shall hold it."""
+    touching: Bool[ndarray, "T K"], fps: float, config: FeetConfig = FeetConfig()
+) -> Float[ndarray, "T K"]:
+    """Per edge or part 1 while it touches, falling smoothly to 0 when it does not: how firmly the solver shall hold it."""
     share = np.zeros(touching.shape)
     for k, held in enumerate(touching.T):
         if held.any():

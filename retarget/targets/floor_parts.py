@@ -82,9 +82,14 @@ def floor_parts(
         stated: what the user says each part does; UNSTATED where nothing.
     """
     points = np.stack([clip.point(name.replace("hand", "wrist")) for name in PART_NAMES], axis=1)
-    over, speed = heights_and_speeds(points, clip.fps, float(own_floor(heel_toe_points(clip)).min()))
+    feet = heel_toe_points(clip)
+    floor = own_floor(feet)
+    over, speed = heights_and_speeds(points, clip.fps, float(floor.min()))
     flesh = config.most_flesh * np.array([_THICK[name.split("_")[-1]] for name in PART_NAMES])
     over = np.maximum(over - np.minimum(np.percentile(over, 1.0, axis=0), flesh), 0.0)
+    # Whoever does not fly is carried: of one on the belly, who has no joint there, the lowest parts come down.
+    lowest = np.minimum(over.min(axis=1), np.maximum((feet[..., 2] - floor).min(axis=1), 0.0))
+    over = np.maximum(over - (lowest * smoothstep(2.0 - 2.0 * lowest / config.reach))[:, None], 0.0)
     share, kind = smoothstep(1.0 - over / config.reach), np.full(over.shape, FREE)
     for k, low in enumerate((over < config.touching).T):
         down = close_gaps(low, round(config.gap_s * clip.fps))

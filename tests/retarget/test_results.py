@@ -67,3 +67,21 @@ def test_showing_opens_a_viewer_on_a_whole_recording(groove, monkeypatch):
     monkeypatch.setattr(viewer.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(OutputError, match="no Rerun viewer"):
         groove.show()
+
+
+@pytest.mark.parametrize("robot", ["dancer", "g1"])
+def test_who_gets_up_from_the_belly_is_carried_by_hands_and_knees(shared, robot):
+    from damage import read_shared
+
+    from clips import MetricKey
+    from retarget import retarget
+    from robot_models import PART_NAMES, load_robot
+
+    result = retarget(read_shared(shared, "deepmimic/humanoid3d_getup_facedown.txt"), load_robot(robot))
+    told = {m.key: m.value for m in result.report.metrics}
+    assert not result.report.failures and result.reference.meta["segment_names"] == ["dance", "lead-out"]
+    assert told[MetricKey.IMPOSSIBLE_FRAMES] < 5.0 and told[MetricKey.LIMB_DIRECTION_ERROR] < 8.0
+    assert told[MetricKey.PENETRATION] < 5.0 and told[MetricKey.AIRBORNE] < 5.0
+    touches = dict(zip(PART_NAMES, result.reference.part_contact.any(axis=0), strict=True))
+    assert all(touches[name] for name in ("pelvis", "left_knee", "right_knee", "left_hand", "right_hand"))
+    assert not result.reference.contact[:20].any()  # its feet lie

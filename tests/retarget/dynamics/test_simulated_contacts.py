@@ -143,3 +143,27 @@ def test_on_one_leg_foot_force_and_torques_are_the_simulators(dancer):
     # The foot's wrench follows from the motion, so the torques do.
     np.testing.assert_allclose(d.joint_torque[inner], motors[inner], atol=5e-4 * np.abs(motors).max())
     assert d.score[inner].max() < 0.1
+
+
+def test_a_simulated_hop_is_judged_possible_and_what_pushes_off_from_the_air_is_not(dancer):
+    bend = {"hip_pitch": -0.5, "knee": 1.0, "ankle_pitch": -0.5}
+
+    def targets(t):
+        q = dancer.default_joint_pos.copy()
+        crouch = 0.8 * np.clip(t / 0.5, 0.0, 1.0) - np.clip((t - 0.6) / 0.12, 0.0, 1.0)
+        for name, angle in bend.items():
+            for side in ("left", "right"):
+                q[dancer.joint(f"{side}_{name}")] += angle * crouch
+        return q
+
+    qpos, _, _, _, feet = simulated(dancer, dancer.default_qpos, targets, record=0.4, steps=20, seconds=0.9)
+    d = dynamics_of(reference_of(dancer, qpos, label=FREE, fps=100.0), dancer)
+    carried = feet[:, :, 2].sum(axis=1) / d.weight
+    in_air = carried == 0.0
+    assert in_air.sum() > 8 and carried.max() > 3.0
+    assert d.score.max() < 0.1
+    qpos[:, 2] += 0.05
+    raised = dynamics_of(reference_of(dancer, qpos, label=FREE, fps=100.0), dancer)
+    assert raised.flight.all()
+    inner = in_air[1:-1] & in_air[2:] & in_air[:-2]
+    assert raised.score[1:-1][inner].max() < 0.1 and raised.score[carried > 0.5].min() > 1.0
