@@ -95,7 +95,10 @@ def floor_parts(
         down = close_gaps(low, round(config.gap_s * clip.fps))
         kind[down, k] = np.where(speed[down, k] < config.still, PLANTED, GLIDING)
     if stated is not None:
-        says = stated != UNSTATED
-        kind, share = np.where(says, stated, kind), np.where(says, 1.0 * (stated != FREE), share)
-        over = np.where(says & (stated != FREE), 0.0, over)
+        # What is said as it was found changes nothing; the rest eases in and out as soles do.
+        other = (stated != UNSTATED) & ((stated == FREE) != (kind == FREE))
+        down = other & (stated != FREE)
+        kind = np.where(stated != UNSTATED, stated, kind)
+        share = np.where(other & ~down, 0.0, np.maximum(share, contact_share(down, clip.fps)))
+        over = np.where(down, 0.0, over)
     return replace(no_parts(clip.frames), height=scale * over, share=share, kind=kind)

@@ -75,6 +75,16 @@ def test_other_parts_of_the_body_touch_as_stated_and_are_written_beside_the_sole
     assert again == [edits[0]]
 
 
+def test_touches_of_floor_work_given_back_unedited_are_the_same_dance(shared, dancer, tmp_path):
+    clip = read_shared(shared, "deepmimic/humanoid3d_getup_facedown.txt")
+    first = retarget(clip, dancer, SHORT)
+    write_contacts(first.reference, tmp_path / "c.csv")
+    again = retarget(clip, dancer, SHORT, contacts=read_contacts(tmp_path / "c.csv")).reference
+    assert first.reference.part_contact.any()
+    np.testing.assert_array_equal(again.part_contact, first.reference.part_contact)
+    np.testing.assert_allclose(again.joint_pos, first.reference.joint_pos, atol=1e-9)
+
+
 def test_touches_outside_the_dance_are_refused(clip, dancer, tmp_path):
     (tmp_path / "c.csv").write_text("start;end;edge;kind\n5.0;6.0;left_toe;gliding\n")
     with pytest.raises(RetargetError, match="seconds of the dance"):

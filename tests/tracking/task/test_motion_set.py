@@ -8,10 +8,10 @@ import pytest
 
 from clips import MetricKey, cut, load_reference, read_clip, save_reference
 from retarget import RetargetConfig, retarget
-from robot_models import load_robot
-from tracking import TaskConfig, TrackingError, TrackingTask
+from robot_models import PART_NAMES, load_robot
+from tracking import TaskConfig, TrackingError, TrackingTask, load_bundle
 from tracking.config import RandomisationConfig, StartNoise
-from tracking.task.motion_set import bundle_folder, motion_set_sha256, read_motion_set
+from tracking.task.motion_set import bundle_folder, is_floor_work, motion_set_sha256, read_motion_set
 
 CALM = TaskConfig(randomisation=RandomisationConfig(enabled=False), start_noise=StartNoise(scale=0.0))
 
@@ -164,3 +164,16 @@ def test_a_reference_of_a_users_robot_asks_for_its_profile(tmp_path, groove):
     with pytest.raises(TrackingError, match="'my_biped', which is no built-in robot") as refused:
         select_references([tmp_path / "mine.npz"])
     assert (refused.value.option, refused.value.suggestion) == ("robot", "my_biped.toml")
+
+
+def test_dances_on_two_feet_are_no_floor_work_and_whoever_lies_or_is_labelled_is():
+    for name in ("groove-g1", "groove-dancer"):
+        bundle = load_bundle(name)
+        reference, robot = bundle.reference, bundle.robot
+        assert not is_floor_work(reference, robot)
+        low = np.array(reference.body_pos_w)
+        low[100, :, 2] -= 0.5
+        assert is_floor_work(dataclasses.replace(reference, body_pos_w=low), robot)
+        kneels = np.zeros((reference.frames, len(PART_NAMES)), dtype=np.int8)
+        kneels[100, PART_NAMES.index("left_knee")] = 1
+        assert is_floor_work(dataclasses.replace(reference, part_contact=kneels), robot)
