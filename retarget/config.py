@@ -57,6 +57,7 @@ class JumpConfig(Checked):
     """When the source is in the air for certain."""
 
     height: float = 0.04  # of all edges over their own floor, for a moment [m]
+    body: float = 0.15  # of everything else, all the while: who rocks on the seat with the feet up does not fly [m]
     longest_s: float = 0.7  # a person stays up no longer: beyond it the source hovers [s]
 
 

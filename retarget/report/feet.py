@@ -13,7 +13,7 @@ from numpy import ndarray
 from clips import HumanClip, MetricKey, Reference, heights_and_speeds, own_floor
 from retarget.report.metric import Metric, Where
 from retarget.rules import Gates, ReportConfig
-from retarget.targets import foot_yaw_rate, heel_toe_points, soles_down
+from retarget.targets import body_up, foot_yaw_rate, heel_toe_points, soles_down
 from robot_models import CONTACT_NAMES, RobotModel, heel_toe_positions
 from robot_models.maths import intervals_of
 
@@ -124,10 +124,7 @@ def _flying(source: HumanClip) -> Bool[ndarray, "T"]:
     points = heel_toe_points(source)
     floor = own_floor(points)
     height, _ = heights_and_speeds(points, source.fps, floor)
-    up = (height > _RULES.contact.height).all(axis=1)
-    others = {name for name in source.landmarks if not name.endswith(("ankle", "toe"))} | {"pelvis"}
-    lowest = np.min([source.point(name)[:, 2] for name in others], axis=0)
-    return np.asarray(up & (lowest > floor.min() + _RULES.down))
+    return np.asarray((height > _RULES.contact.height).all(axis=1) & body_up(source, _RULES.down))
 
 
 def _uncarried(source: HumanClip, up: Bool[ndarray, "T"]) -> Bool[ndarray, "T"]:

@@ -1,7 +1,7 @@
 """What the robot shall reach: the source's contacts, and its body and feet in the robot's proportions."""
 
 from retarget.targets.ballistic_jumps import raise_jumps
-from retarget.targets.contacts import Contacts, find_contacts, foot_yaw_rate, heel_toe_points, soles_down
+from retarget.targets.contacts import Contacts, body_up, find_contacts, foot_yaw_rate, heel_toe_points, soles_down
 from retarget.targets.edits import (
     ContactEdit,
     KeyFrame,
@@ -29,6 +29,7 @@ __all__ = [
     "apply_edits",
     "as_figure",
     "blend_frames",
+    "body_up",
     "contact_share",
     "find_contacts",
     "floor_parts",

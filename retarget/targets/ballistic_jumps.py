@@ -15,7 +15,7 @@ from numpy import ndarray
 from clips import FREE, HumanClip, heights_and_speeds, own_floor
 from retarget.config import JumpConfig
 from retarget.rules import GRAVITY
-from retarget.targets.contacts import heel_toe_points
+from retarget.targets.contacts import body_up, heel_toe_points
 from retarget.targets.targets import Targets
 from robot_models.maths import intervals_of
 
@@ -45,9 +45,13 @@ def jumps(contact: Int[ndarray, "T 4"], source: HumanClip, config: JumpConfig = 
     """Half-open frame ranges without a touch, between two touches, in which the source is in the air for certain."""
     points = heel_toe_points(source)
     height, _ = heights_and_speeds(points, source.fps, own_floor(points))
-    high = np.asarray((height > config.height).all(axis=1))
+    high, up = np.asarray((height > config.height).all(axis=1)), body_up(source, config.body)
     return [
         (a, b)
         for a, b in intervals_of((contact == FREE).all(axis=1))
-        if a > 0 and b < len(contact) and high[a:b].any() and (b - a + 1) / source.fps <= config.longest_s
+        if a > 0
+        and b < len(contact)
+        and high[a:b].any()
+        and up[a:b].all()
+        and (b - a + 1) / source.fps <= config.longest_s
     ]

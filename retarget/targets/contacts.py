@@ -67,6 +67,13 @@ def soles_down(clip: HumanClip) -> Bool[ndarray, "T 2"]:
     return np.stack([_rise(clip, side) > _LEVEL_SHIN for side in FEET], axis=1)
 
 
+def body_up(clip: HumanClip, above: float) -> Bool[ndarray, "T"]:
+    """Frames in which nothing but the feet is nearer to their floor than that [m]: nobody sits, kneels or lies."""
+    others = {name for name in clip.landmarks if not name.endswith(("ankle", "toe"))} | {"pelvis"}
+    lowest = np.min([clip.point(name)[:, 2] for name in others], axis=0)
+    return np.asarray(lowest > own_floor(heel_toe_points(clip)).min() + above)
+
+
 def _rise(clip: HumanClip, side: str) -> Float[ndarray, "T"]:
     """Sine of a shin's angle over the horizontal, from ankle to knee."""
     return rotation.unit(clip.point(f"{side}_knee") - clip.point(f"{side}_ankle"))[:, 2]

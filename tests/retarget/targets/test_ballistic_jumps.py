@@ -105,3 +105,15 @@ def test_a_slide_over_the_floor_is_no_jump_and_neither_is_a_flight_without_both_
     for part in (slice(0, b - 2), slice(a + 2, None)):
         cut = dataclasses.replace(clip, positions=clip.positions[part])
         assert not jumps(contact[part], cut)
+
+
+def test_who_sits_and_rocks_with_both_feet_up_does_not_jump(dancer):
+    clip = jumping()
+    low = clip.positions.copy()
+    for name in ("left_hip", "right_hip"):
+        low[:, clip.names.index(name), 2] = 0.1
+    sitting = dataclasses.replace(clip, positions=low)
+    assert len(laid_out(clip, dancer)[2]) == 1
+    before, after, found = laid_out(sitting, dancer)
+    assert not found and not after.airborne.any()
+    np.testing.assert_array_equal(after.pelvis_pos, before.pelvis_pos)
