@@ -61,8 +61,11 @@ def cluster():
     made.shutdown()
 
 
+FINISHED = "[!.]*.npz"  # what a killed process leaves half written is hidden, and no command looks at it
+
+
 def arrays(folder):
-    for path in sorted(folder.glob("*.npz")):
+    for path in sorted(folder.glob(FINISHED)):
         with np.load(path) as data:
             yield from ((path.name, key, data[key]) for key in data.files)
 
@@ -77,7 +80,7 @@ def test_twenty_clips_for_two_robots_give_the_same_arrays_here_and_on_the_cluste
 
     def kill_one_worker():
         deadline = time.monotonic() + 60
-        while time.monotonic() < deadline and not any(there.glob("*.npz")):
+        while time.monotonic() < deadline and not any(there.glob(FINISHED)):
             time.sleep(0.05)
         while time.monotonic() < deadline:
             for process in Path("/proc").glob("[0-9]*"):
