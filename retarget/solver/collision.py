@@ -45,13 +45,22 @@ class Clearance:
     """gap >= wanted at some places, linearised about one configuration of the clip."""
 
     def __init__(
-        self, places: Places, kin: Kinematics, wanted: Float[ndarray, "N"], spring: Float[ndarray, "N"]
+        self,
+        places: Places,
+        kin: Kinematics,
+        wanted: Float[ndarray, "N"],
+        spring: Float[ndarray, "N"],
+        slack: float = 0.0,
     ) -> None:
+        """Begin with the places held that are too near, or by less than `slack` not [m].
+
+        What rests on a spring lies about where the spring ends: let go, it would fall through it in the next step.
+        """
         self._gap, self._wanted = places.gap, wanted
         self._frame = places.frame
         self._rows = _rows(places, kin)
         self._spring = spring  # per metre: half of its square is the energy
-        self._active = places.gap < wanted
+        self._active = places.gap < wanted + slack
         self.parted = np.unique(self._frame[(places.gap < 0.0) & (places.first != WORLD) & (places.second != WORLD)])
         self.missed = self._frame[:0]  # frames that the last step brings too near, for nothing held them yet
 
@@ -122,8 +131,8 @@ class Proximity:
         # Here bodies shall feel the floor; MuJoCo asks its geom and, before that, its body.
         model.geom_conaffinity[model.geom("floor").id] |= BODY_BIT
         model.body_conaffinity[0] |= BODY_BIT
-        model.geom_margin[self._own] = 0.5 * within  # the margins of both sides count
-        model.geom_margin[model.geom("floor").id] = 0.5 * within
+        # The margins of both sides count. The floor stands still: half of the distance is enough for it.
+        model.geom_margin[self._own] = 0.5 * within
         self._data = mujoco.MjData(model)
         self._place = robot.place_of_body
         self._neighbours = np.zeros((len(robot.body_names) + 1,) * 2, dtype=bool)

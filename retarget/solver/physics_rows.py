@@ -78,8 +78,8 @@ class PhysicsRows:
     def update(self, step: Float[ndarray, "T nv"]) -> int:
         """Let rows join and leave by what a step would do; in how many frames some did."""
         then = self._after(step)
-        on = then > 0.0
-        on[:, :WRENCH] = ((self.outwards * then[:, :WRENCH]).sum(axis=1) > 0.0)[:, None]
+        on = then >= 0.0  # rows of nothing stay
+        on[:, :WRENCH] = ((self.outwards * then[:, :WRENCH]).sum(axis=1) >= 0.0)[:, None]
         changed = int((on != self._on).any(axis=1).sum())
         self._on = on
         return changed
