@@ -160,7 +160,7 @@ class WholeClipConfig(Checked):
     floor_gap: float = 0.0005  # kept between soles or bodies and the floor [m]
     floor_spring: float = 1200.0
     parted_damping: float = 3.0  # at least, of frames whose bodies were in one another
-    watched_gap: float = 0.04  # bodies nearer than this to one another, or than half of it to the floor, are watched [m]
+    watched_gap: float = 0.04  # surfaces nearer than this are watched [m]
     held_slack: float = 0.0005  # beyond its gap a surface is still taken for held, until a step shows that it leaves [m]
     feet_off: float = 1.0  # squared weighted residual of the feet beyond which a frame is solved again
     pin_off: float = 0.005  # of a joint from its key frame, the same [rad]

@@ -131,8 +131,8 @@ class Proximity:
         # Here bodies shall feel the floor; MuJoCo asks its geom and, before that, its body.
         model.geom_conaffinity[model.geom("floor").id] |= BODY_BIT
         model.body_conaffinity[0] |= BODY_BIT
-        # The margins of both sides count. The floor stands still: half of the distance is enough for it.
-        model.geom_margin[self._own] = 0.5 * within
+        model.geom_margin[self._own] = 0.5 * within  # the margins of both sides count
+        model.geom_margin[model.geom("floor").id] = 0.5 * within
         self._data = mujoco.MjData(model)
         self._place = robot.place_of_body
         self._neighbours = np.zeros((len(robot.body_names) + 1,) * 2, dtype=bool)

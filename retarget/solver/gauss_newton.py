@@ -212,7 +212,7 @@ def _near_places(
     watch: Watch, frames: ndarray, qpos: ndarray, kin: Kinematics, config: WholeClipConfig
 ) -> tuple[Places, ndarray, ndarray]:
     """Where soles and bodies come near to something, the gap that shall remain, and how firmly."""
-    places = low_soles(kin.robot, kin, 0.5 * config.watched_gap).along_with(watch.near(frames, qpos))
+    places = low_soles(kin.robot, kin, config.watched_gap).along_with(watch.near(frames, qpos))
     on_floor = (places.first == WORLD) | (places.second == WORLD)
     gap = np.where(on_floor, config.floor_gap, config.body_gap)
     return places, gap, np.where(on_floor, config.floor_spring, config.body_spring)

@@ -94,7 +94,7 @@ def test_gaps_of_bodies_change_as_those_of_two_points_fixed_to_them(robot, near_
 
 def test_gaps_that_mujoco_measures_again_change_as_their_rows_say(robot, near_floor):
     """The points where two surfaces are nearest wander as the bodies move, but only along the surfaces."""
-    find, nv, step = Proximity(robot, 0.2), robot.model.nv, 1e-6
+    find, nv, step = Proximity(robot, 0.1), robot.model.nv, 1e-6
     places = find(near_floor)
     rows = rows_of(places, kinematics(robot, near_floor))
     pairs = Counter(zip(places.frame, places.first, places.second, strict=True))
