@@ -3,38 +3,21 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 from cli.retargeting import (
     Arguments,
-    Danced,
     check_one,
     details_of,
     is_batch,
-    refuse_beyond,
+    read_dances,
     report_table,
     retarget_all,
-    stretches,
+    save_result,
+    solve_dances,
     verdict_of,
 )
-from cli.shell import as_toml, command, make_folder, progress, some, tell
-from clips import Clip, at_speed, cut, read_clip, repair, save_reference
-from clips.checks import Check, check_sway, doubts
-from clips.edit import left_out_at_start
-from retarget import (
-    Retargeted,
-    RetargetError,
-    Transition,
-    fit_to_dynamics,
-    read_contacts,
-    read_keys,
-    retarget,
-    retarget_sequence,
-    write_contacts,
-)
-from retarget.targets import mirrored
-from robot_models import RobotModel, load_robot
-from robot_models.maths import Progress
+from cli.shell import as_toml, command, progress, some, tell
+from robot_models import load_robot
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -49,12 +32,12 @@ def run(args: Arguments) -> int:
         return retarget_all(args)
     check_one(args)
     robot = load_robot(args.robot)
-    dances = _read_all(args)
+    dances = read_dances(args)
     began = time.perf_counter()
     with progress("steps") as follow:
-        result, transitions = _retarget(dances, robot, args, follow)
+        result, transitions = solve_dances(dances, robot, args, follow)
     rate = result.reference.frames / (time.perf_counter() - began)
-    written = _save(result, dances, args)
+    written = save_result(result, dances, args)
     details = [
         as_toml(args.numbers()),
         *details_of(result, dances),
@@ -62,59 +45,3 @@ def run(args: Arguments) -> int:
         f"{result.reference.frames} frames, retargeted at {rate:.0f} frames/s",
     ]
     return tell(verdict_of(result, transitions, dances, args, written), args.tell, details)
-
-
-def _read_all(args: Arguments) -> list[Danced]:
-    """What is danced, in order."""
-    parts = [_read(args.clip, args, *stretch) for stretch in stretches(args)]
-    found = [part for part in (*parts, *(_read(path, args) for path in args.then)) if part is not None]
-    if not found:
-        raise RetargetError(f"--drop {' '.join(args.drop)}", found="nothing left", expected="something to dance")
-    return found * args.loop
-
-
-def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Danced | None:
-    whole = read_clip(path, args.file.reading())
-    if start and args.drop and start >= (whole.frames - 1) / whole.fps:
-        return None  # what is dropped reaches beyond its end
-    refuse_beyond(args, end, (whole.frames - 1) / whole.fps)
-    recorded = repair(cut(whole, start, end), strict=args.file.strict)
-    clip = at_speed(recorded, args.speed)
-    misses_s = max(0.0, end - whole.frames / whole.fps) if end is not None else 0.0
-    danced = mirrored(clip) if args.mirror else clip
-    told, begins = _doubts(whole, recorded), start + left_out_at_start(recorded)
-    return Danced(path=path, clip=danced, doubts=told, fps=recorded.fps, start_s=begins, misses_s=misses_s)
-
-
-def _doubts(whole: Clip, danced: Clip) -> tuple[Check, ...]:
-    """Of what is danced; of the rate the whole recording knows more."""
-    rate = check_sway(whole)
-    others = [check for check in doubts(danced) if check.what != rate.what]
-    return (*others, *([rate] if rate.verdict == "doubtful" else []))
-
-
-def _retarget(
-    dances: list[Danced], robot: RobotModel, args: Arguments, follow: Progress
-) -> tuple[Retargeted, list[Transition]]:
-    clips, config = [dance.clip for dance in dances], args.numbers()
-    if len(clips) > 1:
-        return retarget_sequence(clips, robot, config, progress=follow)
-    if args.fit_dynamics:
-        return fit_to_dynamics(clips[0], robot, config, progress=follow), []
-    contacts = read_contacts(args.contacts) if args.contacts else ()
-    keys = read_keys(args.keys) if args.keys else ()
-    return retarget(clips[0], robot, config, contacts=contacts, keys=keys, progress=follow), []
-
-
-def _save(result: Retargeted, dances: list[Danced], args: Arguments) -> list[Path]:
-    """Reference, touches and recording, as asked for; the files."""
-    name, robot = "_".join(dict.fromkeys(dance.path.stem for dance in dances)), result.robot.name
-    written = [args.out or Path(f"{name}_{'again' if name.endswith(f'_{robot}') else robot}.npz")]
-    make_folder(written[0])
-    save_reference(result.reference, written[0], float32=args.float32)
-    if args.write_contacts:
-        write_contacts(result.reference, args.write_contacts)
-        written.append(args.write_contacts)
-    if args.recording:
-        written.append(result.save(written[0].with_suffix(".rrd")))
-    return written

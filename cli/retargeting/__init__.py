@@ -3,7 +3,7 @@
 from cli.retargeting.arguments import Arguments, check_one
 from cli.retargeting.batch import is_batch, retarget_all
 from cli.retargeting.report_table import report_table
-from cli.retargeting.stretches import refuse_beyond, stretches
+from cli.retargeting.steps import read_dances, save_result, solve_dances
 from cli.retargeting.verdict import Danced, details_of, verdict_of
 
 __all__ = [
@@ -12,9 +12,10 @@ __all__ = [
     "check_one",
     "details_of",
     "is_batch",
-    "refuse_beyond",
+    "read_dances",
     "report_table",
     "retarget_all",
-    "stretches",
+    "save_result",
+    "solve_dances",
     "verdict_of",
 ]

@@ -1,0 +1,87 @@
+"""The steps of one `dance-retarget`: read what is danced, retarget it, write it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cli.retargeting.arguments import Arguments
+from cli.retargeting.stretches import refuse_beyond, stretches
+from cli.retargeting.verdict import Danced
+from cli.shell import make_folder
+from clips import Clip, at_speed, cut, read_clip, repair, save_reference
+from clips.checks import Check, check_sway, doubts
+from clips.edit import left_out_at_start
+from retarget import (
+    Retargeted,
+    RetargetError,
+    Transition,
+    fit_to_dynamics,
+    read_contacts,
+    read_keys,
+    retarget,
+    retarget_sequence,
+    write_contacts,
+)
+from retarget.targets import mirrored
+from robot_models import RobotModel
+from robot_models.maths import Progress
+
+
+def read_dances(args: Arguments) -> list[Danced]:
+    """What is danced, in order.
+
+    Raises:
+        DanceError: a clip that cannot be read, or nothing is left of it.
+    """
+    parts = [_read(args.clip, args, *stretch) for stretch in stretches(args)]
+    found = [part for part in (*parts, *(_read(path, args) for path in args.then)) if part is not None]
+    if not found:
+        raise RetargetError(f"--drop {' '.join(args.drop)}", found="nothing left", expected="something to dance")
+    return found * args.loop
+
+
+def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = None) -> Danced | None:
+    whole = read_clip(path, args.file.reading())
+    if start and args.drop and start >= (whole.frames - 1) / whole.fps:
+        return None  # what is dropped reaches beyond its end
+    refuse_beyond(args, end, (whole.frames - 1) / whole.fps)
+    recorded = repair(cut(whole, start, end), strict=args.file.strict)
+    clip = at_speed(recorded, args.speed)
+    misses_s = max(0.0, end - whole.frames / whole.fps) if end is not None else 0.0
+    danced = mirrored(clip) if args.mirror else clip
+    told, begins = _doubts(whole, recorded), start + left_out_at_start(recorded)
+    return Danced(path=path, clip=danced, doubts=told, fps=recorded.fps, start_s=begins, misses_s=misses_s)
+
+
+def _doubts(whole: Clip, danced: Clip) -> tuple[Check, ...]:
+    """Of what is danced; of the rate the whole recording knows more."""
+    rate = check_sway(whole)
+    others = [check for check in doubts(danced) if check.what != rate.what]
+    return (*others, *([rate] if rate.verdict == "doubtful" else []))
+
+
+def solve_dances(
+    dances: list[Danced], robot: RobotModel, args: Arguments, follow: Progress
+) -> tuple[Retargeted, list[Transition]]:
+    clips, config = [dance.clip for dance in dances], args.numbers()
+    if len(clips) > 1:
+        return retarget_sequence(clips, robot, config, progress=follow)
+    if args.fit_dynamics:
+        return fit_to_dynamics(clips[0], robot, config, progress=follow), []
+    contacts = read_contacts(args.contacts) if args.contacts else ()
+    keys = read_keys(args.keys) if args.keys else ()
+    return retarget(clips[0], robot, config, contacts=contacts, keys=keys, progress=follow), []
+
+
+def save_result(result: Retargeted, dances: list[Danced], args: Arguments) -> list[Path]:
+    """Reference, touches and recording, as asked for; the files."""
+    name, robot = "_".join(dict.fromkeys(dance.path.stem for dance in dances)), result.robot.name
+    written = [args.out or Path(f"{name}_{'again' if name.endswith(f'_{robot}') else robot}.npz")]
+    make_folder(written[0])
+    save_reference(result.reference, written[0], float32=args.float32)
+    if args.write_contacts:
+        write_contacts(result.reference, args.write_contacts)
+        written.append(args.write_contacts)
+    if args.recording:
+        written.append(result.save(written[0].with_suffix(".rrd")))
+    return written
