@@ -161,7 +161,10 @@ class WholeClipConfig(Checked):
     floor_spring: float = 1200.0
     parted_damping: float = 3.0  # at least, of frames whose bodies were in one another
     watched_gap: float = 0.04  # surfaces nearer than this are watched [m]
-    held_slack: float = 0.0005  # beyond its gap a surface is still taken for held, until a step shows that it leaves [m]
+    held_slack: float = 0.0005  # what is so far beyond its gap is still taken for held, at first [m]
+    caught: float = 0.004  # deeper in one another than this, bodies are led another way round [m]
+    passage_s: float = 1.0  # on either side of them, that is solved again [s]
+    reaches_s: tuple[float, ...] = (0.1, 0.25, 0.5)  # on either side, over which the other way begins straight [s]
     feet_off: float = 1.0  # squared weighted residual of the feet beyond which a frame is solved again
     pin_off: float = 0.005  # of a joint from its key frame, the same [rad]
     failed_ratio: float = 2.0  # a step whose frame comes out so many times worse than predicted, and

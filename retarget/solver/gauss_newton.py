@@ -33,6 +33,7 @@ def refine(
     stage: GridStage,
     config: WholeClipConfig,
     physics: PhysicsConfig | None = None,
+    anew: Bool[ndarray, "T"] | None = None,
 ) -> Float[ndarray, "T nq"]:
     """Improve a motion on one grid: all frames a few times, then the stretches that still move until they rest.
 
@@ -44,6 +45,7 @@ def refine(
         stage: iterations and what to respect.
         config: the solver's numbers.
         physics: what to make possible, of a motion that is at its goals.
+        anew: frames that are not, where the others are.
 
     Raises:
         RetargetError: the problem has no finite solution.
@@ -53,6 +55,8 @@ def refine(
         stage = replace(stage, rounds=config.floor_rounds, more_iterations=stage.more_iterations + more)
     descent = _Descent(robot, objective, start, fps, stage, config, physics)
     margin = max(HALF_BANDWIDTH, round(config.settle_margin_s * fps))
+    if anew is not None:
+        descent.wanted = np.where(anew, np.inf, 0.0)
     for k in range(stage.iterations + stage.more_iterations):
         active = np.ones(len(start), dtype=bool) if k < stage.iterations else descent.active_frames(margin)
         if not active.any():

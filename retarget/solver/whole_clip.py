@@ -12,6 +12,7 @@ from numpy import ndarray
 from retarget.config import GridStage, PhysicsConfig, WholeClipConfig
 from retarget.solver.gauss_newton import refine
 from retarget.solver.objective import Objective
+from retarget.solver.ways_round import lead_round
 from retarget.targets import smoothstep
 from robot_models import RobotModel
 from robot_models.maths import Progress, silent
@@ -50,7 +51,8 @@ def make_possible(
 ) -> Float[ndarray, "T nq"]:
     """Bend a motion that is at its goals until floor and motors can give what it needs, within all limits."""
     physics = config.physics
-    return _on_grids(robot, objective, start, fps, (physics.stage,), config, progress, physics)
+    possible = _on_grids(robot, objective, start, fps, (physics.stage,), config, progress, physics)
+    return lead_round(robot, objective, possible, fps, config, physics)
 
 
 def _on_grids(
