@@ -17,9 +17,9 @@ HOUSE = {
         "catalogue draft"
     ),
     "clips": "errors contact config files metrics provenance clip reference reference_file checks edit identify readers writers",
-    "retarget": "errors rules config targets dynamics solver per_frame report recordings pipeline workflows",
+    "retarget": "errors rules config targets dynamics solver per_frame report recordings stage pipeline workflows",
     "tracking": "errors config policy run_files engines task evaluation training teaching envs deploy",
-    "cli": "shell recordings retargeting evaluating training deploying inspecting judging *",
+    "cli": "shell recordings retargeting evaluating training deploying inspecting judging viewing *",
 }
 FLOORS = list(HOUSE)
 MOST_MODULES, MOST_LINES = 12, 300  # of a folder (readers are one per format), of a module

@@ -63,6 +63,11 @@ def _doubts(whole: Clip, danced: Clip) -> tuple[Check, ...]:
 def solve_dances(
     dances: list[Danced], robot: RobotModel, args: Arguments, follow: Progress
 ) -> tuple[Retargeted, list[Transition]]:
+    """One dance, or several with steps between them.
+
+    Raises:
+        DanceError: the clips cannot be used; a poor result is no error.
+    """
     clips, config = [dance.clip for dance in dances], args.numbers()
     if len(clips) > 1:
         return retarget_sequence(clips, robot, config, progress=follow)

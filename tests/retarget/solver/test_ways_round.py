@@ -19,7 +19,8 @@ def problem(groove):
     return make_objective(groove.robot, targets, ObjectiveWeights(), qpos[:, 7:], pins, config.feet), qpos
 
 
-def solved(problem, robot, qpos, config=WholeClipConfig()):
+def solved(problem, robot, qpos):
+    config = WholeClipConfig()
     return lead_round(robot, problem[0], qpos, 50.0, config, config.physics)
 
 

@@ -1,0 +1,76 @@
+"""`dance-view`: a dance as a page in the browser, live or as one file to send to a friend."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from cli.shell import DONE, FileOptions, TellOptions, Verdict, command, make_folder, progress, some, tell
+from clips import OutputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Look at a dance in the browser: robot and person, what the feet do, the floor's forces, and where it goes wrong.
+
+    Examples:
+        dance-view groove_g1.npz
+        dance-view dance.bvh --robot g1
+        dance-view before.npz after.npz
+        dance-view groove-g1
+        dance-view tracker-g1 --ref groove_g1.npz
+        dance-view groove_g1.npz --web groove.html
+    """
+
+    what: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    """References, recordings of people, other tools' motions; several stand side by side. Or one policy: a folder, or the
+    name of one that comes with the package."""
+    robot: str | None = None
+    """The robot that a recording is brought to; or the profile of a reference's."""
+    ref: Path | None = None
+    """What a tracker shall follow: any reference of its robot."""
+    web: Path | None = None
+    """Write the page as one file (.html) that opens from disk without a network, and end."""
+    host: str = "127.0.0.1"
+    """Address to listen at; 0.0.0.0 lets other machines look on."""
+    port: int = 8080
+    """The first port to try."""
+    browser: bool = True
+    """Open the browser, where there is a display."""
+    file: FileOptions = field(default_factory=FileOptions)
+    tell: TellOptions = field(default_factory=TellOptions)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Entry point of `dance-view`."""
+    return command(Arguments, run, name="dance-view", argv=argv)
+
+
+def run(args: Arguments) -> int:
+    """Gather what there is to see, and show or write it."""
+    from cli.viewing import mending_of, serve, show_of, show_of_result
+
+    if args.web is not None and args.web.suffix != ".html":
+        raise OutputError(f"--web {args.web}", found="that name", expected="a file that ends in .html")
+    some(args.what, "a file or a policy")
+    if args.web is not None:
+        make_folder(args.web)
+    mending = mending_of(args.what, args.robot, args.file)
+    show = show_of(args.what, args.robot, args.file, args.ref) if mending is None else show_of_result(mending.result)
+    if args.web is None:
+        serve(show, mending, args.host, args.port, args.browser)
+        return DONE
+    from retarget.stage import save_page
+
+    with progress("frames") as follow:
+        save_page(args.web, show, follow)
+    megabytes = args.web.stat().st_size / 1e6
+    verdict = Verdict(
+        passed=True,
+        line=f"{show.title}: {show.verdict}; one page of {megabytes:.1f} MB that needs no network",
+        written=(args.web,),
+    )
+    return tell(verdict, args.tell)

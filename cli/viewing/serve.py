@@ -1,0 +1,44 @@
+"""A show on this machine's own address, until Ctrl-C."""
+
+from __future__ import annotations
+
+import contextlib
+import webbrowser
+
+from cli.shell import interrupted_by_signals, make_console
+from cli.viewing.mending import Mending
+from cli.viewing.mending_panel import MendingPanel
+from retarget.stage import Page, Show, close_server, open_server
+from robot_models import has_display
+
+
+def serve(show: Show, mending: Mending | None, host: str, port: int, browser: bool) -> None:
+    """Open the page and play.
+
+    Args:
+        show: what there is to see.
+        mending: of the recording that is shown, where it can be solved again.
+        host: address to listen at.
+        port: the first to try; the next free one is taken.
+        browser: open one, where there is a display.
+    """
+    server = open_server(host, port)
+    taken, console = server.get_port(), make_console()
+    address = f"http://{'localhost' if host in ('127.0.0.1', '0.0.0.0') else host}:{taken}"
+    console.print(f"{show.title}: {show.verdict}")
+    console.print(f"look at it: {address}   (Ctrl-C ends it)")
+    if not has_display():
+        console.print(
+            f"from another machine: ssh -L {taken}:localhost:{taken} THIS_MACHINE, then the same address there"
+        )
+    panel = None if mending is None else MendingPanel(mending)
+    page = Page(server, show, None if panel is None else panel.build)
+    if panel is not None:
+        panel.page = page
+    if browser and has_display():
+        webbrowser.open(address)
+    try:
+        with interrupted_by_signals(), contextlib.suppress(KeyboardInterrupt):
+            page.play(until=lambda: False)
+    finally:
+        close_server(server)

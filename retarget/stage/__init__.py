@@ -1,0 +1,19 @@
+"""The stage: a dance as a page in the browser, live or as one file. The one room that knows viser."""
+
+from retarget.stage.file import save_page
+from retarget.stage.lanes import inset
+from retarget.stage.page import Page, close_server, open_server
+from retarget.stage.show import Figure, Show, show_reference, show_retargeting, show_side_by_side
+
+__all__ = [
+    "Figure",
+    "Page",
+    "Show",
+    "close_server",
+    "inset",
+    "open_server",
+    "save_page",
+    "show_reference",
+    "show_retargeting",
+    "show_side_by_side",
+]

@@ -1,0 +1,154 @@
+"""`dance-view`: what it takes, what it refuses, and that mending on the page is the command that it shows."""
+
+import contextlib
+import math
+import re
+import shlex
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from conftest import SAMPLES
+
+pytest.importorskip("viser")
+
+import cli.retarget
+import cli.view
+from cli.shell import FileOptions
+from cli.viewing import mending_of, show_of
+from cli.viewing.mending import Edits, Mending
+from cli.viewing.mending_panel import MendingPanel, show_of_result
+from clips import save_reference
+from retarget import ContactEdit, KeyFrame, RetargetError
+
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
+
+
+@pytest.fixture
+def clip(tmp_path, monkeypatch):
+    """A recording in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "groove.csv"
+    path.write_bytes((SAMPLES / "groove.csv").read_bytes())
+    return path.relative_to(tmp_path)
+
+
+def test_a_mended_dance_is_what_its_command_writes(clip, tmp_path, capsys):
+    mending = Mending(clip, "dancer", FileOptions())
+    touch = ContactEdit(start=0.2, end=0.9, edge="left_heel", kind="planted")
+    key = KeyFrame(time=1.0, joint="left_elbow", value=-0.8)
+    mending.solve(
+        mending.mended(start=1.0, end=4.0, mirror=True, speed=0.9, touches=(touch,), keys=(key,)), lambda *_: None
+    )
+    written = [path.name for path in mending.write()]
+    assert written == ["groove_dancer.npz", "groove_dancer.rrd", "groove_touches.csv", "groove_keys.csv"]
+    ours = (tmp_path / "groove_dancer.npz").read_bytes()
+    name, *words = shlex.split(mending.command)
+    assert name == "dance-retarget" and cli.retarget.main(words) == 0, capsys.readouterr().err
+    assert (tmp_path / "groove_dancer.npz").read_bytes() == ours
+
+
+def test_a_step_that_is_refused_changes_nothing_and_each_other_is_taken_back(clip):
+    mending = Mending(clip, "dancer", FileOptions())
+    first, whole = mending.edits, mending.result
+    with pytest.raises(RetargetError, match="key frame"):
+        mending.solve(mending.mended(keys=(KeyFrame(time=99.0, joint="left_elbow", value=0.0),)), lambda *_: None)
+    assert mending.edits == first and mending.result is whole
+    mending.solve(mending.mended(end=3.0), lambda *_: None)
+    assert mending.result.reference.frames < whole.reference.frames
+    assert mending.undo() and mending.result is whole and mending.edits == first
+    assert not mending.undo()
+
+
+def test_words_say_only_what_was_changed(tmp_path):
+    plain = Edits(robot="g1")
+    assert plain.words(tmp_path / "a.bvh", FileOptions(), tmp_path) == [str(tmp_path / "a.bvh"), "--robot", "g1"]
+    changed = Edits(robot="g1", start=0.5, drop=("2-3",), speed=2.0, mirror=True)
+    words = changed.words(tmp_path / "a.bvh", FileOptions(fps=30.0), tmp_path)
+    assert words[3:] == ["--fps", "30", "--start", "0.5", "--drop", "2-3", "--speed", "2", "--mirror"]
+
+
+class Gui:
+    """The controls of a page, to be pressed by their labels."""
+
+    def __init__(self):
+        self.by_label = {}
+
+    def __getattr__(self, name):
+        def add(label, *values, **options):
+            value = options.get("initial_value", values[-1] if values else None)
+            if isinstance(value, tuple | list) and value and isinstance(value[0], str):
+                value = value[0]  # a choice
+            handle = SimpleNamespace(value=value, content=label, press=None)
+            handle.on_click = handle.on_update = lambda act: setattr(handle, "press", act)
+            self.by_label[label] = handle
+            return contextlib.nullcontext() if name == "add_folder" else handle
+
+        return add
+
+
+def test_controls_become_edits_and_a_refusal_is_told_in_its_place(clip):
+    mending = Mending(clip, "dancer", FileOptions())
+    panel, gui = MendingPanel(mending), Gui()
+    shown = []
+    panel.page = SimpleNamespace(seconds=2.5, change=shown.append)
+    panel.build(gui)
+    gui.by_label["seconds to keep"].value = (1.0, 4.0)
+    gui.by_label["left and right exchanged"].value = True
+    gui.by_label["solve again"].press(None)
+    assert (mending.edits.start, mending.edits.end, mending.edits.mirror) == (1.0, 4.0, True)
+    assert shown[-1].frames < 400
+    gui.by_label["joint"].value = "left_elbow"
+    gui.by_label["degrees"].value = -40.0
+    gui.by_label["hold it at the second that is shown"].press(None)
+    reference = mending.result.reference
+    at = 2.5 - reference.dance.start / reference.fps
+    assert mending.edits.keys == (KeyFrame(time=round(at, 3), joint="left_elbow", value=math.radians(-40.0)),)
+    held = reference.joint_pos[reference.dance][round(at * reference.fps), reference.joint_names.index("left_elbow")]
+    assert held == pytest.approx(math.radians(-40.0), abs=0.01)
+    gui.by_label["seconds to keep"].value = (0.5, 4.0)  # the joint's second would be another
+    gui.by_label["solve again"].press(None)
+    assert len(shown) == 2 and "refused: another cut" in panel._news.content
+    gui.by_label["take the last step back"].press(None)
+    gui.by_label["seconds to drop"].value = "nonsense"
+    gui.by_label["solve again"].press(None)
+    assert len(shown) == 3 and "refused" in panel._news.content
+    gui.by_label["take the last step back"].press(None)
+    assert mending.edits == Edits(robot="dancer") and len(shown) == 4
+
+
+def test_what_is_shown_of_each_kind_of_file(groove, groove_file, clip, tmp_path):
+    options = FileOptions()
+    assert mending_of([groove_file], None, options) is None
+    show = show_of([groove_file], None, options)
+    assert show.verdict == "every gate holds" and show.arrows
+    assert len(show_of([groove_file, clip], "dancer", options).figures) == 2
+    mending = mending_of([clip], "dancer", options)
+    assert show_of_result(mending.result).people
+    other = tmp_path / "same_again.npz"
+    save_reference(groove.reference, other)
+    assert [f.name for f in show_of([groove_file, other], None, options).figures] == ["groove.npz", "same_again.npz"]
+
+
+def test_a_policy_dances_beside_its_ghost():
+    from pathlib import Path
+
+    pytest.importorskip("torch")
+    show = show_of([Path("groove-dancer")], None, FileOptions())
+    robot, ghost = show.figures
+    assert ghost.ghost and robot.body_pos_w.shape == ghost.body_pos_w.shape
+    assert np.abs(robot.body_pos_w - ghost.body_pos_w).max() > 1e-3  # it was simulated
+    assert re.match(r"12\.\d of 12\.\d s$", show.verdict)
+
+
+def test_the_command_writes_one_page_or_refuses(groove_file, tmp_path, capsys):
+    out = tmp_path / "deep" / "page.html"
+    assert cli.view.main([str(groove_file), "--web", str(out)]) == 0
+    assert out.stat().st_size > 1e6 and "page of" in capsys.readouterr().out
+    for words, said in (
+        ([], "no file named"),
+        ([str(groove_file), "--web", "page.rrd"], "ends in .html"),
+        ([str(tmp_path / "no.npz")], "no such"),
+    ):
+        assert cli.view.main(words) == 2
+        assert said in capsys.readouterr().err
