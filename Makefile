@@ -14,11 +14,11 @@ $(VENV)/base: pyproject.toml tested-versions.txt
 	$(PYTHON) -m venv $(VENV)
 	@# torch first and by its exact version: a range, or another package's need, may bring another build.
 	$(PIP) install -c tested-versions.txt $(TORCH)
-	$(PIP) install -c tested-versions.txt -e '.[train]'
+	$(PIP) install -c tested-versions.txt -e '.[train,view]'
 	@touch $@
 
 $(VENV)/dev: $(VENV)/base
-	$(PIP) install -c tested-versions.txt -e '.[train,c3d,sim2sim,deploy,robots,scale,gpu,dev]'
+	$(PIP) install -c tested-versions.txt -e '.[train,view,c3d,sim2sim,deploy,robots,scale,gpu,dev]'
 	@touch $@
 
 # Commands exit with 1 when they are done but below a gate; the demo goes on and says so.
@@ -31,6 +31,7 @@ demo: $(VENV)/base
 	@echo
 	@echo "Look at it:"
 	@echo "  $(BIN)/rerun $(OUT)/dance.rrd           a trained policy that dances it all, beside the ghost"
+	@echo "  $(BIN)/dance-view $(OUT)/groove.npz     the dance in the browser"
 	@echo "  $(BIN)/rerun $(OUT)/groove.rrd          the clip, the targets, the robot, its feet"
 	@echo "  $(BIN)/rerun $(OUT)/run/training.rrd    what a policy can do after two minutes of training"
 	@echo "  $(BIN)/dance-play groove-g1             a Unitree G1, live"

@@ -22,6 +22,7 @@ PARTS: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
     "robots": ("meshes of G1, JVRC-1, Talos", (("example-robot-data", ""), ("jvrc-description", ""))),
     "c3d": ("C3D recordings", (("ezc3d", "ezc3d"),)),
     "film": ("films of policies", (("imageio-ffmpeg", "imageio_ffmpeg"),)),
+    "view": ("a dance in the browser", (("viser", "viser"), ("fast-simplification", "fast_simplification"))),
     "scale": ("batches on a cluster", (("ray", "ray"),)),
     "gpu": ("training on a GPU", (("mujoco-warp", "mujoco_warp"), ("warp-lang", "warp"))),
 }  # fmt: skip

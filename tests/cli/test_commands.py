@@ -22,6 +22,7 @@ import cli.retarget
 import cli.robot
 import cli.train
 import cli.verify
+import cli.view
 from cli.shell.terminal import parse
 
 COMMANDS = {
@@ -32,6 +33,7 @@ COMMANDS = {
     "dance-train": cli.train.main,
     "dance-eval": cli.evaluate.main,
     "dance-play": cli.play.main,
+    "dance-view": cli.view.main,
     "dance-convert": cli.convert.main,
     "dance-verify": cli.verify.main,
     "dance-doctor": cli.doctor.main,
