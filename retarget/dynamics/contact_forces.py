@@ -208,25 +208,28 @@ def _cut_back(m: ndarray, b: ndarray, v: ndarray, pulled: ndarray, step: ndarray
     Its slope there is continuous, rises, and is linear between the lengths at which an entry of matrix^T y changes
     sign. Values of the dual would not do: the ridge's part is large and drowns the rest.
     """
-    length, moved = np.ones(len(v)), _times(m.swapaxes(1, 2), step)
-
-    def slope(at: ndarray, on: ndarray | slice) -> ndarray:
-        x = np.maximum(pulled[on, None] + at[..., None] * moved[on, None], 0.0)
-        steady = ridge * np.sum(step[on] * v[on], axis=1) - np.sum(step[on] * b[on], axis=1)
-        rising = ridge * np.sum(step[on] ** 2, axis=1)
-        return np.sum(moved[on, None] * x, axis=-1) + steady[:, None] + at * rising[:, None]
-
-    on = np.flatnonzero(slope(length[:, None], slice(None))[:, 0] > 0.0)
-    if len(on):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            turns = -pulled[on] / moved[on]
-        turns = np.where((turns > 0.0) & (turns < 1.0), turns, 0.0)
-        knots = np.sort(np.concatenate((turns, np.zeros((len(on), 1)), np.ones((len(on), 1))), axis=1), axis=1)
-        rise = slope(knots, on)
-        after = np.argmax(rise > 0.0, axis=1)[:, None]  # the slope at 0 is negative, that at 1 positive
-        before = np.maximum(after - 1, 0)
-        s0, s1, r0, r1 = (np.take_along_axis(x, k, axis=1)[:, 0] for x in (knots, rise) for k in (before, after))
-        length[on] = s0 - r0 * (s1 - s0) / np.where(r1 > r0, r1 - r0, 1.0)
+    moved = _times(m.swapaxes(1, 2), step)
+    steady = np.sum(step * (ridge * v - b), axis=1)
+    rising = ridge * np.sum(step**2, axis=1)
+    length = np.ones(len(v))
+    on = np.flatnonzero(np.sum(moved * np.maximum(pulled + moved, 0.0), axis=1) + steady + rising > 0.0)
+    if not len(on):
+        return length
+    pulled, moved = pulled[on], moved[on]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turns = -pulled / moved
+    within = (turns > 0.0) & (turns < 1.0)
+    # The slope is at + by * length; each entry that turns takes its share of both away, or brings it.
+    share = np.stack((moved * pulled, moved**2))
+    first = (share * ((pulled > 0.0) | ((pulled == 0.0) & (moved > 0.0)))).sum(axis=2) + (steady[on], rising[on])
+    order = np.argsort(np.where(within, turns, np.inf), axis=1)
+    change = np.take_along_axis(share * np.where(within, np.sign(moved), 0.0), order[None], axis=2)
+    at, by = np.concatenate((first[..., None], first[..., None] + np.cumsum(change, axis=2)), axis=2)
+    knots = np.take_along_axis(np.where(within, turns, 1.0), order, axis=1)
+    rises = at[:, :-1] + by[:, :-1] * knots > 0.0  # at each knot: the first that does ends the piece with the least
+    piece = np.where(rises.any(axis=1), np.argmax(rises, axis=1), rises.shape[1])[:, None]
+    at, by = (np.take_along_axis(x, piece, axis=1)[:, 0] for x in (at, by))
+    length[on] = np.clip(-at / np.where(by > 0.0, by, 1.0), 0.0, 1.0)
     return length
 
 
