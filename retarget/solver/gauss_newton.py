@@ -45,7 +45,7 @@ def refine(
         stage: iterations and what to respect.
         config: the solver's numbers.
         physics: what to make possible, of a motion that is at its goals.
-        anew: frames that are not, where the others are.
+        anew: frames that are not, where the others are; the first and the last few stay as they are.
 
     Raises:
         RetargetError: the problem has no finite solution.
@@ -59,6 +59,8 @@ def refine(
         descent.wanted = np.where(anew, np.inf, 0.0)
     for k in range(stage.iterations + stage.more_iterations):
         active = np.ones(len(start), dtype=bool) if k < stage.iterations else descent.active_frames(margin)
+        if anew is not None:
+            active[:margin] = active[-margin:] = False
         if not active.any():
             break
         descent.iterate(active)

@@ -14,7 +14,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from retarget.config import PhysicsConfig, WholeClipConfig
-from retarget.solver.collision import WORLD, Places, Proximity
+from retarget.solver.collision import Places, Proximity
 from retarget.solver.gauss_newton import refine
 from retarget.solver.objective import Objective
 from robot_models import RobotModel, moved
@@ -52,7 +52,6 @@ def _beginnings(
 ) -> Iterator[tuple[ndarray, ndarray]]:
     """Other beginnings of a passage [a, b): its limbs on the straight way, over longer and longer times; and its frames."""
     pairs = search(part[a:b])
-    pairs = pairs.where((pairs.first != WORLD) & (pairs.second != WORLD))
     turns = moved(robot)
     joints = np.flatnonzero((turns[pairs.first] != turns[pairs.second]).any(axis=0)[6:])
     for reach_s in config.reaches_s:
@@ -67,7 +66,7 @@ def _beginnings(
 
 
 def _depth(places: Places, frames: int) -> Float[ndarray, "T"]:
-    """How deep bodies are in one another, by frame [m]."""
-    out, on = np.zeros(frames), (places.first != WORLD) & (places.second != WORLD)
-    np.maximum.at(out, places.frame[on], -places.gap[on])
+    """How deep bodies are in one another or in the floor, by frame [m]."""
+    out = np.zeros(frames)
+    np.maximum.at(out, places.frame, -places.gap)
     return out
