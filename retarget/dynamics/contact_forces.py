@@ -221,7 +221,8 @@ def _cut_back(m: ndarray, b: ndarray, v: ndarray, pulled: ndarray, step: ndarray
     within = (turns > 0.0) & (turns < 1.0)
     # The slope is at + by * length; each entry that turns takes its share of both away, or brings it.
     share = np.stack((moved * pulled, moved**2))
-    first = (share * ((pulled > 0.0) | ((pulled == 0.0) & (moved > 0.0)))).sum(axis=2) + (steady[on], rising[on])
+    begun = (pulled > 0.0) | ((pulled == 0.0) & (moved > 0.0))
+    first = (share * begun).sum(axis=2) + np.stack((steady[on], rising[on]))
     order = np.argsort(np.where(within, turns, np.inf), axis=1)
     change = np.take_along_axis(share * np.where(within, np.sign(moved), 0.0), order[None], axis=2)
     at, by = np.concatenate((first[..., None], first[..., None] + np.cumsum(change, axis=2)), axis=2)
