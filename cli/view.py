@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -51,18 +52,21 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Gather what there is to see, and show or write it."""
-    from cli.viewing import mending_of, serve, show_of, show_of_result
+    from cli.viewing import panel_of, serve, show_of
 
     if args.web is not None and args.web.suffix != ".html":
         raise OutputError(f"--web {args.web}", found="that name", expected="a file that ends in .html")
     some(args.what, "a file or a policy")
     if args.web is not None:
         make_folder(args.web)
-    mending = mending_of(args.what, args.robot, args.file)
-    show = show_of(args.what, args.robot, args.file, args.ref) if mending is None else show_of_result(mending.result)
+    what = args.what, args.robot, args.file
     if args.web is None:
-        serve(show, mending, args.host, args.port, args.browser)
+        with contextlib.ExitStack() as stack:
+            panel = panel_of(*what, stack, args.ref)
+            show = show_of(*what, args.ref) if panel is None else panel.show
+            serve(show, panel, args.host, args.port, args.browser)
         return DONE
+    show = show_of(*what, args.ref)
     from retarget.stage import save_page
 
     with progress("frames") as follow:

@@ -21,7 +21,7 @@ def show_live(show: PoseStream) -> int:
             "viewer",
             found="no display",
             expected="one",
-            cure="write a film instead",
+            cure="watch it in a browser (dance-view), or write a film",
             option="film",
             suggestion="out.mp4",
         )

@@ -28,6 +28,12 @@ class MendingPanel:
         self._mending, self._length_s = mending, round(mending.length_s, 2)
         self._said = ""
         self.page: Page | None = None
+        self.ahead = None  # nothing comes into being while it plays
+
+    @property
+    def show(self) -> Show:
+        """What came of the last step."""
+        return show_of_result(self._mending.result)
 
     def build(self, gui: Any) -> None:
         """Add the controls, with the edits of now."""
@@ -138,7 +144,7 @@ class MendingPanel:
             self._news.content = inset(f'<span style="color:rgb(230,55,45)">refused: {escape(str(e))}</span>')
             return
         if self.page is not None:
-            self.page.change(show_of_result(self._mending.result))
+            self.page.change(self.show)
 
     def _tell_progress(self, stage: str, done: int, total: int, note: str = "") -> None:
         self._news.content = inset(f"{escape(stage)}: {done} of {total} {escape(note)}")

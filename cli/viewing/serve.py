@@ -6,18 +6,18 @@ import contextlib
 import webbrowser
 
 from cli.shell import interrupted_by_signals, make_console
-from cli.viewing.mending import Mending
+from cli.viewing.live_panel import LivePanel
 from cli.viewing.mending_panel import MendingPanel
 from retarget.stage import Page, Show, close_server, open_server
 from robot_models import has_display
 
 
-def serve(show: Show, mending: Mending | None, host: str, port: int, browser: bool) -> None:
+def serve(show: Show, panel: MendingPanel | LivePanel | None, host: str, port: int, browser: bool) -> None:
     """Open the page and play.
 
     Args:
         show: what there is to see.
-        mending: of the recording that is shown, where it can be solved again.
+        panel: more controls, where there is more to do than to look.
         host: address to listen at.
         port: the first to try; the next free one is taken.
         browser: open one, where there is a display.
@@ -31,10 +31,10 @@ def serve(show: Show, mending: Mending | None, host: str, port: int, browser: bo
         console.print(
             f"from another machine: ssh -L {taken}:localhost:{taken} THIS_MACHINE, then the same address there"
         )
-    panel = None if mending is None else MendingPanel(mending)
-    page = Page(server, show, None if panel is None else panel.build)
-    if panel is not None:
-        panel.page = page
+    if panel is None:
+        page = Page(server, show)
+    else:
+        page = panel.page = Page(server, show, panel.build, panel.ahead)
     if browser and has_display():
         webbrowser.open(address)
     try:

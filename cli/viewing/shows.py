@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
 
 from cli.judging import judge_all, reference_for
 from cli.shell import FileOptions, make_console, progress
+from cli.viewing.live_panel import LivePanel
 from cli.viewing.mending import Mending
-from cli.viewing.mending_panel import show_of_result
+from cli.viewing.mending_panel import MendingPanel, show_of_result
 from clips import HumanClip, Reference, is_reference, load_reference, read_clip
 from retarget import Retargeted, dynamics_of
 from retarget.stage import Figure, Show, show_reference, show_side_by_side
@@ -42,6 +44,32 @@ def show_of(files: Sequence[Path], robot: str | None, options: FileOptions, foll
         model, reference = _reference(file, robot)
         return show_reference(model, reference, dynamics_of(reference, model))
     return show_of_result(_solved(file, robot, options))
+
+
+def panel_of(
+    files: Sequence[Path], robot: str | None, options: FileOptions, stack: ExitStack, follow: Path | None = None
+) -> MendingPanel | LivePanel | None:
+    """What can be done beside looking, where one looks live: a recording is mended, a policy pushed; else None.
+
+    Args:
+        files: as for `show_of`.
+        robot: as for `show_of`.
+        options: as for `show_of`.
+        stack: keeps what a policy needs for as long as it dances.
+        follow: as for `show_of`.
+    """
+    if len(files) > 1:
+        return None
+    (file,) = files
+    if file.is_file() and file.suffix not in _POLICIES:
+        mending = mending_of(files, robot, options)
+        return None if mending is None else MendingPanel(mending)
+    from tracking.evaluation import LiveDance
+
+    ref = stack.enter_context(reference_for(follow, options, make_console()))
+    dance = LiveDance(file, robot, reference=ref)
+    stack.callback(dance.close)
+    return LivePanel(dance, file.name)
 
 
 def mending_of(files: Sequence[Path], robot: str | None, options: FileOptions) -> Mending | None:

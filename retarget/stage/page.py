@@ -63,15 +63,23 @@ def look_from_the_front(server: Any, show: Show) -> None:
 class Page:
     """A show on a server; plays as soon as it is there."""
 
-    def __init__(self, server: Any, show: Show, panel: Callable[[Any], None] | None = None) -> None:
+    def __init__(
+        self,
+        server: Any,
+        show: Show,
+        panel: Callable[[Any], None] | None = None,
+        ahead: Callable[[int], int] | None = None,
+    ) -> None:
         """Begin to show.
 
         Args:
             server: of `open_server`.
             show: what there is to see.
             panel: adds more to the page's controls, given viser's `gui`; again after every `change`.
+            ahead: of a show that comes into being while it plays: makes frames up to the one asked for, and says which of
+                them to show.
         """
-        self._server, self._show, self._panel = server, show, panel
+        self._server, self._show, self._panel, self._ahead = server, show, panel, ahead
         self._frame, self._playing, self._speed = 0.0, True, 1.0
         self._moving = threading.RLock()  # clicks come from other threads
         server.gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False,
@@ -122,7 +130,10 @@ class Page:
 
     def _advance(self, frames: float) -> None:
         self._frame += frames
-        if self._frame > self._show.frames - 1:
+        if self._ahead is not None:
+            shown = self._ahead(min(int(self._frame), self._show.frames - 1))
+            self._frame = self._frame if shown == int(self._frame) else float(shown)
+        elif self._frame > self._show.frames - 1:
             self._frame = 0.0 if self._loop.value else self._show.frames - 1.0
             self._pause(not self._loop.value)
         self._move()
@@ -159,7 +170,7 @@ class Page:
         steps.on_click(lambda e: self._step({"◀ frame": -1, "frame ▶": 1}.get(e.target.value)))
         speed = gui.add_dropdown("speed", _SPEEDS, initial_value="1")
         speed.on_update(lambda _: setattr(self, "_speed", float(speed.value)))
-        self._loop = gui.add_checkbox("loop", True)
+        self._loop = gui.add_checkbox("loop", True, visible=self._ahead is None)
         self._switches(gui)
         self._keys(gui)
         if self._panel is not None:

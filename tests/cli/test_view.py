@@ -4,6 +4,7 @@ import contextlib
 import math
 import re
 import shlex
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,9 +16,10 @@ pytest.importorskip("viser")
 import cli.retarget
 import cli.view
 from cli.shell import FileOptions
-from cli.viewing import mending_of, show_of
+from cli.viewing import panel_of, show_of
 from cli.viewing.mending import Edits, Mending
 from cli.viewing.mending_panel import MendingPanel, show_of_result
+from cli.viewing.shows import mending_of
 from clips import save_reference
 from retarget import ContactEdit, KeyFrame, RetargetError
 
@@ -131,14 +133,35 @@ def test_what_is_shown_of_each_kind_of_file(groove, groove_file, clip, tmp_path)
 
 
 def test_a_policy_dances_beside_its_ghost():
-    from pathlib import Path
-
     pytest.importorskip("torch")
     show = show_of([Path("groove-dancer")], None, FileOptions())
     robot, ghost = show.figures
     assert ghost.ghost and robot.body_pos_w.shape == ghost.body_pos_w.shape
     assert np.abs(robot.body_pos_w - ghost.body_pos_w).max() > 1e-3  # it was simulated
     assert re.match(r"12\.\d of 12\.\d s$", show.verdict)
+
+
+def test_a_live_policy_is_simulated_as_it_is_shown_pushed_and_begun_again():
+    pytest.importorskip("torch")
+    with contextlib.ExitStack() as stack:
+        panel = panel_of([Path("groove-dancer")], None, FileOptions(), stack)
+        gui, moved = Gui(), []
+        panel.page = SimpleNamespace(go_to=moved.append)
+        panel.build(gui)
+        robot, ghost = panel.show.figures
+        assert panel.ahead(50) == 50
+        assert np.abs(robot.body_pos_w[1:51] - ghost.body_pos_w[1:51]).max() > 1e-3
+        np.testing.assert_array_equal(robot.body_pos_w[51:], ghost.body_pos_w[51:])  # not danced yet
+        assert panel.ahead(20) == 20 and "falls: 0" in panel._news.content  # what was danced stays
+        gui.by_label["m/s"].value = 4.0
+        gui.by_label["towards"].press(SimpleNamespace(target=SimpleNamespace(value="▲")))
+        fell = panel.ahead(400)
+        assert fell < 150 and "fell at" in panel._news.content
+        shown = [panel.ahead(fell + k) for k in range(60)]
+        assert set(shown[:40]) == {fell} and 0 in shown  # it is looked at, then begins again
+        gui.by_label["friction"].value = 0.4
+        gui.by_label["begin again, so hindered"].press(None)
+        assert moved == [0] and panel._dance.frame == 0
 
 
 def test_the_command_writes_one_page_or_refuses(groove_file, tmp_path, capsys):

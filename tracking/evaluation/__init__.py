@@ -3,6 +3,7 @@
 from tracking.evaluation.certificate import CERTIFICATE, Certificate, certify, read_certificate, write_certificate
 from tracking.evaluation.condition_sweep import Cell, by_condition, sweep
 from tracking.evaluation.danced import danced_reference
+from tracking.evaluation.live import Hindrance, LiveDance
 from tracking.evaluation.pose_stream import PoseStream, stream_policy, stream_reference
 from tracking.evaluation.reference_check import ReferenceCheck, check_reference
 from tracking.evaluation.rollouts import Evaluation, evaluate, evaluation_task, play, start
@@ -13,6 +14,8 @@ __all__ = [
     "Cell",
     "Certificate",
     "Evaluation",
+    "Hindrance",
+    "LiveDance",
     "PoseStream",
     "ReferenceCheck",
     "Standing",

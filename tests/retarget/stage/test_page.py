@@ -110,6 +110,18 @@ def test_a_page_plays_pauses_steps_and_jumps(show, server):
     assert page.frame == show.frames - 1
 
 
+def test_a_show_that_comes_into_being_is_shown_as_far_as_it_is(show, server):
+    asked = []
+
+    def ahead(frame):
+        asked.append(frame)
+        return min(frame, 3)
+
+    page, ticks = Page(server, show, ahead=ahead), iter(range(12))
+    page.play(until=lambda: next(ticks, None) is None)
+    assert page.frame == 3 and max(asked) > 3
+
+
 def test_a_page_that_changes_keeps_its_second_and_its_panel(show, server):
     built = []
     page = Page(server, show, panel=built.append)
