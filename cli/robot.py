@@ -10,10 +10,10 @@ from rich.table import Table
 import clips.samples
 from cli.retargeting import report_table
 from cli.robot_arguments import Add, Arguments, Check
-from cli.shell import TellOptions, Trouble, Verdict, command, line, tell
+from cli.shell import TellOptions, Trouble, Verdict, command, line, make_folder, tell
 from clips import OutputError, cut, read_clip, write_whole
 from retarget.workflows import check_robot
-from robot_models import find_profile, installed, load_robot, robot_names
+from robot_models import DanceError, find_profile, installed, kept_in, load_robot, own_robots, robot_names
 from robot_models.draft import STANDS_S, draft_profile, without_overlaps
 
 _SAMPLE = Path(clips.samples.__path__[0]) / "groove.bvh"
@@ -41,19 +41,40 @@ def _list(options: TellOptions) -> int:
     for name in robot_names():
         profile = find_profile(name)
         table.add_row(name, profile.title, "yes" if installed(name) else "no", profile.source.install)
+    for name, path in own_robots().items():
+        table.add_row(*_own(name, path))
     here = [name for name in robot_names() if installed(name)]
     verdict = Verdict(
         passed=True,
         line=f"{len(here)} of {len(robot_names())} robots are here: {', '.join(here)}",
-        steps=(("dance-robot add my_robot.urdf", "bring your own"),),
-        data={"robots": {name: installed(name) for name in robot_names()}},
+        notes=(f"your own are looked for in {kept_in()} and in the folders that DANCE_ROBOTS lists",),
+        steps=(("dance-robot add my_robot.urdf --keep", "bring your own"),),
+        data={
+            "robots": {name: installed(name) for name in robot_names()},
+            "own": {name: str(path) for name, path in own_robots().items()},
+        },
     )
     return tell(verdict, options, shown=[table])
 
 
+def _own(name: str, path: Path) -> tuple[str, str, str, str]:
+    """A row of the list; a profile that cannot be used says why."""
+    try:
+        return name, load_robot(name).profile.title, "yes", str(path)
+    except DanceError as e:
+        return name, str(e), "no", str(path)
+
+
 def _add(args: Add) -> int:
     name = args.name or re.sub(r"\W+", "_", args.model.stem).lower()
-    out = args.out or Path(f"{args.model.stem}.toml")
+    if args.keep and (args.out is not None or name in robot_names()):
+        raise OutputError(
+            "--keep", found=f"--out {args.out}" if args.out is not None else f"a built-in robot of the name {name}",
+            expected="a name of its own, in the folder of your robots", cure="one of both, or another --name",
+        )  # fmt: skip
+    out = kept_in() / f"{name}.toml" if args.keep else args.out or Path(f"{args.model.stem}.toml")
+    if args.keep:
+        make_folder(out)
     if out.suffix != ".toml":
         raise OutputError(f"--out {out}", found="that name", expected="a file that ends in .toml")
     if out.exists() and not args.overwrite:
@@ -66,7 +87,7 @@ def _add(args: Add) -> int:
     draft = without_overlaps(draft, out)
     _write(out, draft.text)
     guesses = (f"drafted {out}; look at each of its guesses:", *(f"  {guess}" for guess in draft.guesses))
-    return _check(str(out), out.parent, args.tell, guesses)
+    return _check(name if args.keep else str(out), Path() if args.keep else out.parent, args.tell, guesses)
 
 
 def _write(path: Path, text: str) -> None:

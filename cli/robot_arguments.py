@@ -16,6 +16,7 @@ class Add:
 
     Examples:
         dance-robot add my_robot.urdf
+        dance-robot add my_robot.urdf --keep
         dance-robot add my_robot.xml -o robots/my_robot.toml --name my_robot
     """
 
@@ -23,6 +24,8 @@ class Add:
     """A URDF or MJCF file."""
     out: Out = None
     """The profile to write; default: <model>.toml in the current folder."""
+    keep: bool = False
+    """Keep the profile among your own robots, so that --robot NAME finds it from every folder."""
     name: str | None = None
     """Of the robot; default: the file's name."""
     overwrite: bool = False
@@ -40,7 +43,7 @@ class Check:
     """
 
     robot: Annotated[str, tyro.conf.Positional]
-    """A built-in robot or the path of a profile."""
+    """A robot's name or the path of a profile."""
     out: Out = None
     """Folder for the recording; default: the current one."""
     tell: TellOptions = field(default_factory=TellOptions)
@@ -48,7 +51,7 @@ class Check:
 
 @dataclass(frozen=True, kw_only=True)
 class List:
-    """The built-in robots, and which of them are installed."""
+    """The robots that have names, and which of them are installed."""
 
     tell: TellOptions = field(default_factory=TellOptions)
 

@@ -1,7 +1,7 @@
 """What a robot is: one profile per robot, one loader to a compiled, mesh-free MuJoCo model with names."""
 
 from robot_models.build import BODY_BIT
-from robot_models.catalogue import DEFAULT_ROBOT, find_profile, installed, load_robot, robot_names
+from robot_models.catalogue import DEFAULT_ROBOT, find_profile, installed, kept_in, load_robot, own_robots, robot_names
 from robot_models.errors import DanceError, RobotError, import_or_refuse
 from robot_models.geometry import (
     SelfCollisions,
@@ -78,6 +78,7 @@ __all__ = [
     "installed",
     "integrate",
     "joint_axes",
+    "kept_in",
     "kinematics",
     "leg_length",
     "load_robot",
@@ -86,6 +87,7 @@ __all__ = [
     "momentum",
     "moved",
     "other_side",
+    "own_robots",
     "pinocchio_model",
     "pinocchio_q",
     "pinocchio_v",

@@ -1,10 +1,13 @@
-"""The robots by name, and any other robot by the path of its profile."""
+"""The robots by name, a user's own ones too, and any other robot by the path of its profile."""
 
 from __future__ import annotations
 
 import difflib
+import os
 from functools import lru_cache
 from pathlib import Path
+
+import platformdirs
 
 from robot_models.build import build_robot
 from robot_models.errors import RobotError
@@ -20,8 +23,26 @@ def robot_names() -> tuple[str, ...]:
     return tuple(sorted(p.stem for p in PROFILES.glob("*.toml")))
 
 
+def kept_in() -> Path:
+    """The folder of this user's configuration that own profiles are kept in; it need not be there."""
+    return Path(platformdirs.user_config_dir("dance-retarget", appauthor=False)) / "robots"
+
+
+def own_robots() -> dict[str, Path]:
+    """A user's own profiles by name: of the folders that DANCE_ROBOTS lists, then of the configuration; the first wins.
+
+    A built-in robot's name stays the built-in robot's.
+    """
+    folders = [Path(folder) for folder in os.environ.get("DANCE_ROBOTS", "").split(os.pathsep) if folder]
+    found: dict[str, Path] = {}
+    for folder in (*folders, kept_in()):
+        for path in sorted(folder.glob("[!.]*.toml")):
+            found.setdefault(path.stem, path)
+    return {name: path for name, path in found.items() if name not in robot_names()}
+
+
 def find_profile(name_or_path: str) -> RobotProfile:
-    """A built-in profile by name, or a profile file (`.toml`), or the profile beside a URDF or MJCF file.
+    """A profile by name, built-in or a user's own; or a profile file (`.toml`), or the profile beside a URDF or MJCF file.
 
     Raises:
         RobotError: nothing of that name or path.
@@ -31,12 +52,16 @@ def find_profile(name_or_path: str) -> RobotProfile:
     path = Path(name_or_path)
     if path.suffix in (".toml", ".urdf", ".xml", ".mjcf"):
         return read_profile(path.with_suffix(".toml"))
-    near = difflib.get_close_matches(name_or_path.lower(), robot_names(), n=1)
+    own = own_robots()
+    if name_or_path in own:
+        return read_profile(own[name_or_path])
+    known = (*robot_names(), *own)
+    near = difflib.get_close_matches(name_or_path.lower(), known, n=1)
     raise RobotError(
         f"robot '{name_or_path}'",
-        found="no built-in robot and no file of that name",
-        expected=f"one of {', '.join(robot_names())}, or the path of a profile (.toml)",
-        cure=f"did you mean '{near[0]}'?" if near else "",
+        found="no robot and no file of that name",
+        expected=f"one of {', '.join(known)}, or the path of a profile (.toml)",
+        cure=f"did you mean '{near[0]}'?" if near else "draft one of your own with 'dance-robot add'",
     )
 
 
@@ -48,7 +73,9 @@ def load_robot(name_or_path: str = DEFAULT_ROBOT) -> RobotModel:
     """
     if name_or_path in robot_names():
         return _load(name_or_path, 0)
-    profile = Path(name_or_path).with_suffix(".toml").resolve()
+    beside = Path(name_or_path).with_suffix(".toml")
+    own = own_robots() if not beside.is_file() else {}
+    profile = own.get(name_or_path, beside).resolve()
     return _load(str(profile) if profile.is_file() else name_or_path, _written(profile))
 
 

@@ -54,10 +54,16 @@ def draw_off_screen() -> None:
 
 
 def visual_parts(robot: RobotModel) -> list[Part]:
-    """The robot's meshes where they are installed, else its primitives."""
-    meshes = robot.profile.meshes
-    path = locate(meshes, robot.profile.folder) if meshes is not None else None
-    return mesh_parts(robot.body_names, path) if path is not None else primitive_parts(robot)
+    """The robot's meshes where they are installed or its model file has them; primitives of every body without."""
+    source = robot.profile.meshes or robot.profile.source
+    path = locate(source, robot.profile.folder)
+    parts = (
+        []
+        if path is None
+        else (mesh_parts if path.suffix.lower() == ".urdf" else mjcf_mesh_parts)(robot.body_names, path)
+    )
+    drawn = {part.body for part in parts}
+    return parts + [part for part in primitive_parts(robot) if not parts or part.body not in drawn]
 
 
 def primitive_parts(robot: RobotModel) -> list[Part]:
@@ -109,20 +115,52 @@ def mesh_parts(bodies: Sequence[str], urdf: Path) -> list[Part]:
             scale = np.array([float(s) for s in mesh.get("scale", "1 1 1").split()])
             body_from_mesh = body_from_link @ _origin(visual)
             points = np.asarray(shape.vertices, dtype=float) * scale
-            parts.append(
-                Part(
-                    body=body,
-                    kind="mesh",
-                    pos=np.zeros(3),
-                    quat=rot.IDENTITY,
-                    size=np.zeros(3),
-                    rgba=(0.75, 0.77, 0.8, 1.0),
-                    vertices=points @ body_from_mesh[:3, :3].T + body_from_mesh[:3, 3],
-                    # A mirroring scale turns the faces inside out.
-                    faces=np.asarray(shape.faces, dtype=int)[:, :: -1 if scale.prod() < 0 else 1],
-                )
-            )
+            # A mirroring scale turns the faces inside out.
+            faces = np.asarray(shape.faces, dtype=int)[:, :: -1 if scale.prod() < 0 else 1]
+            vertices = points @ body_from_mesh[:3, :3].T + body_from_mesh[:3, 3]
+            parts.append(_as_part(body, (0.75, 0.77, 0.8, 1.0), vertices, faces))
     return parts
+
+
+def mjcf_mesh_parts(bodies: Sequence[str], path: Path) -> list[Part]:
+    """The meshes of an MJCF, carried over to the moving bodies; [] where it has none or MuJoCo cannot find them.
+
+    Where a body has meshes that touch nothing, which is how models mark what is to be seen, these alone are taken.
+    """
+    import mujoco
+
+    if "<mesh" not in path.read_text(errors="replace"):
+        return []
+    try:
+        m = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError:
+        return []
+    meshes = [g for g in range(m.ngeom) if m.geom_type[g] == mujoco.mjtGeom.mjGEOM_MESH and m.geom_bodyid[g]]
+    seen = [g for g in meshes if not m.geom_contype[g] and not m.geom_conaffinity[g]]
+    shown = {int(m.geom_bodyid[g]) for g in seen}
+    found = []
+    for g in seen + [g for g in meshes if int(m.geom_bodyid[g]) not in shown]:
+        at, mesh = int(m.geom_bodyid[g]), int(m.geom_dataid[g])
+        first, face = int(m.mesh_vertadr[mesh]), int(m.mesh_faceadr[mesh])
+        points = np.array(m.mesh_vert[first : first + int(m.mesh_vertnum[mesh])], dtype=float)
+        points = m.geom_pos[g] + rot.rotate(np.broadcast_to(m.geom_quat[g], (len(points), 4)), points)
+        while m.body(at).name not in bodies and at:  # welded, or frozen at zero
+            points = m.body_pos[at] + rot.rotate(np.broadcast_to(m.body_quat[at], (len(points), 4)), points)
+            at = int(m.body_parentid[at])
+        if at:
+            material = int(m.geom_matid[g])
+            colour = _rgba(m.mat_rgba[material] if material >= 0 else m.geom_rgba[g])
+            faces = np.array(m.mesh_face[face : face + int(m.mesh_facenum[mesh])], dtype=int)
+            found.append(_as_part(m.body(at).name, colour, points, faces))
+    return found
+
+
+def _as_part(body: str, rgba: tuple[float, float, float, float], vertices: ndarray, faces: ndarray) -> Part:
+    """Triangles in a body's frame."""
+    return Part(
+        body=body, kind="mesh", pos=np.zeros(3), quat=rot.IDENTITY, size=np.zeros(3), rgba=rgba,
+        vertices=vertices, faces=faces,
+    )  # fmt: skip
 
 
 def _carriers(tree: ET.Element, bodies: set[str]) -> dict[str, tuple[str, ndarray]]:
