@@ -98,6 +98,15 @@ class RobotModel:
         """Place of the body that a landmark (pelvis, left_knee, ...) stands on."""
         return self.body(self.profile.landmarks[name])
 
+    def landmark_pos(
+        self, names: Sequence[str], body_pos_w: Float[ndarray, "*#T B 3"], body_quat_w: Float[ndarray, "*#T B 4"]
+    ) -> Float[ndarray, "*#T L 3"]:
+        """Where landmarks are: at their bodies' origins, or as far off as the profile's `ends` say [m]."""
+        bodies = [self.landmark(name) for name in names]
+        ends = np.array([self.profile.ends.get(name, (0.0, 0.0, 0.0)) for name in names])
+        pos = body_pos_w[..., bodies, :]
+        return np.asarray(pos + rot.rotate(body_quat_w[..., bodies, :], ends)) if ends.any() else np.asarray(pos)
+
     def on_its_feet(
         self, root_pos: Float[ndarray, "*#T 3"], root_quat: Float[ndarray, "*#T 4"]
     ) -> Bool[ndarray, "*#T"]:

@@ -21,6 +21,7 @@ from robot_models.errors import RobotError
 from robot_models.incoming import MAX_CONFIG, MAX_NAME, check_pattern, file_name, parsed, printable, read_text
 
 PROFILES = Path(__file__).parent / "profiles"
+_LONGEST_M = 2.0  # of a forearm: no robot's is as long
 _LARGEST = 1e6  # number of a profile: no gain, torque or length of a robot comes near
 FEET = ("left", "right")
 LANDMARKS = (
@@ -102,6 +103,9 @@ class RobotProfile:
     capsules: tuple[Capsule, ...]
     excludes: tuple[tuple[str, str], ...]  # body pairs that may overlap
     landmarks: Mapping[str, str]  # LANDMARKS -> body
+    ends: Mapping[
+        str, tuple[float, float, float]
+    ]  # where a landmark lies in its body's frame, if not at its origin [m]
     anchor: str
     tracked: tuple[str, ...]  # bodies of the tracking task
     imu: str  # site of the gyro
@@ -223,6 +227,7 @@ def _parse(data: dict[str, Any], path: Path) -> RobotProfile:
         ),
         excludes=tuple((a, b) for a, b in data.get("excludes", ())),
         landmarks={k: data["landmarks"][k] for k in LANDMARKS},
+        ends=_ends(data.get("ends", {})),
         anchor=data["tracking"]["anchor"],
         tracked=tuple(data["tracking"]["bodies"]),
         imu=data["tracking"].get("imu", ""),
@@ -231,6 +236,15 @@ def _parse(data: dict[str, Any], path: Path) -> RobotProfile:
         kp_band=_bands(joints.get("kp_band", {})),
         kd_band=_bands(joints.get("kd_band", {})),
     )
+
+
+def _ends(table: dict[str, Any]) -> dict[str, tuple[float, float, float]]:
+    """Wrists of arms that end at the elbow, which have no body of their own."""
+    ends = {name: (float(x), float(y), float(z)) for name, (x, y, z) in table.items()}
+    for name, end in ends.items():
+        if not name.endswith("_wrist") or name not in LANDMARKS or not np.all(np.abs(end) < _LONGEST_M):
+            raise ValueError(f"end {name}: a wrist, and metres")
+    return ends
 
 
 def _bands(table: dict[str, Any]) -> dict[str, tuple[float, float]]:

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")
+os.environ["DANCE_ROBOTS"] = ""  # the robots of who runs the tests are not the tests'
 os.environ.setdefault(
     "OMP_NUM_THREADS", "1"
 )  # threads that spin for one another take forty times as long on shared cores

@@ -69,8 +69,9 @@ class MinkIk:
         for limb, vector in targets.limbs.items():
             if limb not in self._limbs:
                 start, end = (self._robot.body_ids[self._robot.landmark(name)] for name in limb)
+                beyond = self._robot.profile.ends.get(limb[1], (0.0, 0.0, 0.0))
                 leg = limb[0].endswith(("hip", "knee"))
-                self._limbs[limb] = SegmentTask(start, end, self._config.leg if leg else self._config.arm)
+                self._limbs[limb] = SegmentTask(start, end, self._config.leg if leg else self._config.arm, beyond)
             self._limbs[limb].set_target(vector[0])
         return [self._pelvis, self._torso, *self._feet, *self._limbs.values()]
 

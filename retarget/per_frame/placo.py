@@ -9,6 +9,7 @@ from numpy import ndarray
 
 from clips import FREE
 from retarget.config import IkConfig
+from retarget.errors import RetargetError
 from retarget.per_frame.base import reachable
 from retarget.targets import Targets
 from robot_models import FEET, RobotModel, urdf_text
@@ -23,6 +24,11 @@ class PlacoIk:
         self._model = placo.RobotWrapper("", placo.Flags.ignore_collisions, urdf_text(robot))
         self._solver = placo.KinematicsSolver(self._model)
         self._solver.enable_joint_limits(True)
+        if robot.profile.ends:
+            raise RetargetError(
+                f"robot '{robot.name}' with solver placo", found=f"no body at {', '.join(robot.profile.ends)}",
+                expected="a body at every wrist", option="solver", suggestion="whole-clip",
+            )  # fmt: skip
         body = robot.profile.landmarks
         self._pelvis = self._solver.add_frame_task(body["pelvis"], np.eye(4))
         self._pelvis.configure("pelvis", "soft", config.pelvis_position**2, config.pelvis_orientation**2)

@@ -232,7 +232,7 @@ def draw_targets(log: Log, t: Targets, r: Reference, robot: RobotModel) -> None:
     """The goals of the solver in the robot's size: pelvis, feet, and each limb from where it begins."""
     import rerun as rr
 
-    at = {k: r.body_pos_w[r.dance, robot.landmark(k)] for k, _ in t.limbs}
+    at = {k: robot.landmark_pos((k,), r.body_pos_w[r.dance], r.body_quat_w[r.dance])[:, 0] for k, _ in t.limbs}
     ends = [at[start] + vector for (start, _), vector in t.limbs.items()]
     objective = np.stack([t.pelvis_pos, *ends, t.feet.pos[:, 0], t.feet.pos[:, 1]], axis=1).astype(np.float32)
     index = timelines(np.arange(r.dance.start, r.dance.start + len(objective)), t.fps)

@@ -34,8 +34,10 @@ def limb_angles(
     turn = rot.from_yaw(np.array(heading[0] - heading[1]))
     angles = {}
     for start, end in LIMBS:
-        a = first.body_pos_w[here, robot.landmark(end)] - first.body_pos_w[here, robot.landmark(start)]
-        b = second.body_pos_w[there, other.landmark(end)] - second.body_pos_w[there, other.landmark(start)]
+        a, b = (
+            np.diff(model.landmark_pos((start, end), r.body_pos_w[frames_of], r.body_quat_w[frames_of]), axis=1)[:, 0]
+            for r, model, frames_of in ((first, robot, here), (second, other, there))
+        )
         b = rot.rotate(np.broadcast_to(turn, (frames, 4)), b)
         cosine = np.clip(np.sum(rot.unit(a) * rot.unit(b), axis=-1), -1.0, 1.0)
         angles[f"{start} to {end}".replace("_", " ")] = np.degrees(np.arccos(cosine))

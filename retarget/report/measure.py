@@ -147,10 +147,8 @@ def _limb_error(reference: Reference, robot: RobotModel, source: HumanClip) -> f
     """Mean angle between limbs of robot and source [deg]."""
     errors = []
     for a, b in LIMBS:
-        robot_limb = (
-            reference.body_pos_w[reference.dance, robot.landmark(b)]
-            - reference.body_pos_w[reference.dance, robot.landmark(a)]
-        )
+        pos, quat = reference.body_pos_w[reference.dance], reference.body_quat_w[reference.dance]
+        robot_limb = np.diff(robot.landmark_pos((a, b), pos, quat), axis=1)[:, 0]
         human_limb = source.point(b.replace("foot", "ankle")) - source.point(a.replace("foot", "ankle"))
         cosine = np.sum(rot.unit(robot_limb) * rot.unit(human_limb), axis=-1)
         errors.append(np.arccos(np.clip(cosine, -1.0, 1.0)))

@@ -15,7 +15,7 @@ from numpy import ndarray
 from retarget.config import ObjectiveWeights
 from retarget.solver.objective import Objective
 from retarget.targets import LIMBS
-from robot_models import Kinematics, RobotModel, forces, surface_points
+from robot_models import Kinematics, forces, surface_points
 from robot_models.maths import rotation as rot
 
 _X = np.array([1.0, 0.0, 0.0])
@@ -60,19 +60,20 @@ class _Group:
 
 
 def _limbs(objective: Objective, kin: Kinematics) -> _Group:
-    starts, ends = (_landmarks(kin.robot, k) for k in (0, 1))
-    error = kin.pos[:, ends] - kin.pos[:, starts] - objective.limbs
-    return _Group(bodies=ends, error=error, along=forces(kin.pos[:, ends]), weight=_limb_weights(objective.weights))
+    (_, starts), (bodies, ends) = (_landmarks(kin, k) for k in (0, 1))
+    error = ends - starts - objective.limbs
+    return _Group(bodies=bodies, error=error, along=forces(ends), weight=_limb_weights(objective.weights))
 
 
 def _starts(objective: Objective, kin: Kinematics) -> _Group:
-    starts = _landmarks(kin.robot, 0)
-    pos = kin.pos[:, starts]
-    return _Group(bodies=starts, error=pos, along=forces(pos), weight=_limb_weights(objective.weights))
+    bodies, pos = _landmarks(kin, 0)
+    return _Group(bodies=bodies, error=pos, along=forces(pos), weight=_limb_weights(objective.weights))
 
 
-def _landmarks(robot: RobotModel, end: int) -> Int[ndarray, "L"]:
-    return np.array([robot.landmark(limb[end]) for limb in LIMBS])
+def _landmarks(kin: Kinematics, end: int) -> tuple[Int[ndarray, "L"], Float[ndarray, "T L 3"]]:
+    """The bodies that limbs begin or end on, and where."""
+    names = [limb[end] for limb in LIMBS]
+    return np.array([kin.robot.landmark(name) for name in names]), kin.robot.landmark_pos(names, kin.pos, kin.quat)
 
 
 def _limb_weights(w: ObjectiveWeights) -> Float[ndarray, "L 1"]:

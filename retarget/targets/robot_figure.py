@@ -26,7 +26,7 @@ def as_figure(clip: RobotClip, robot: RobotModel | None = None) -> HumanClip:
     for landmark in robot.profile.landmarks:
         body = robot.landmark(landmark)
         names.append(landmark)
-        points.append(pos[:, body])
+        points.append(robot.landmark_pos((landmark,), pos, quat)[:, 0])
         turns.append(
             rot.multiply(quat[:, body], np.broadcast_to(rot.conjugate(zero_quat[0, body]), quat[:, body].shape))
         )

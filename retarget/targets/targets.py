@@ -96,7 +96,7 @@ def make_targets(clip: HumanClip, contacts: Contacts, robot: RobotModel, config:
         pelvis_pos=pelvis_pos,
         pelvis_quat=rot.multiply(pelvis, np.broadcast_to(zero_quat[0], pelvis.shape)),
         torso_quat=rot.multiply(torso, np.broadcast_to(zero_quat[robot.landmark("torso")], torso.shape)),
-        limbs=_limbs(clip, robot, zero_pos),
+        limbs=_limbs(clip, robot, zero_pos, zero_quat),
         feet=feet,
         airborne=np.zeros(clip.frames, dtype=bool),
         parts=floor_parts(clip, scale, config.parts, contacts.stated_parts),
@@ -138,11 +138,11 @@ def _leg_length(clip: HumanClip) -> float:
     return float(np.median(legs, axis=1).sum() / 2.0)
 
 
-def _limbs(clip: HumanClip, robot: RobotModel, zero_pos: ndarray) -> dict[tuple[str, str], ndarray]:
+def _limbs(clip: HumanClip, robot: RobotModel, zero_pos: ndarray, zero_quat: ndarray) -> dict[tuple[str, str], ndarray]:
     """The robot's segment lengths along the source's directions."""
     limbs = {}
     for start, end in LIMBS:
-        length = float(np.linalg.norm(zero_pos[robot.landmark(end)] - zero_pos[robot.landmark(start)]))
+        length = float(np.linalg.norm(np.diff(robot.landmark_pos((start, end), zero_pos, zero_quat), axis=0)))
         along = clip.point(end.replace("foot", "ankle")) - clip.point(start)
         limbs[start, end] = length * rot.unit(along)
     return limbs

@@ -10,7 +10,8 @@ from conftest import SAMPLES
 from rich.console import Console
 
 from cli.retarget import main
-from cli.retargeting import Arguments, stretches
+from cli.retargeting import Arguments
+from cli.retargeting.stretches import stretches
 from cli.shell import TellOptions, Trouble, Verdict, again, tell
 from cli.shell.typed import remember, without
 from retarget import Gates, RetargetConfig, RetargetError

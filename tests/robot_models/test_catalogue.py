@@ -1,11 +1,22 @@
 """Robots by name and by path: one robot is one object, however it is called."""
 
+import os
 import shutil
 
+import platformdirs
 import pytest
 from any_pose import ASSETS, dancer_xml, profiled
 
-from robot_models import DEFAULT_ROBOT, RobotError, find_profile, installed, load_robot, robot_names
+from robot_models import (
+    DEFAULT_ROBOT,
+    RobotError,
+    find_profile,
+    installed,
+    kept_in,
+    load_robot,
+    own_robots,
+    robot_names,
+)
 from robot_models.profile import PROFILES
 
 
@@ -54,4 +65,23 @@ def test_a_name_that_is_nearly_right_is_answered_with_the_right_one(name, near):
 def test_a_name_that_is_like_none_gets_the_list_and_no_guess():
     with pytest.raises(RobotError, match=", ".join(robot_names())) as refusal:
         find_profile("xylophone")
-    assert refusal.value.cure == ""
+    assert refusal.value.cure == "draft one of your own with 'dance-robot add'"
+
+
+def test_a_users_own_robots_are_found_by_name_from_every_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.setattr(platformdirs, "user_config_dir", lambda *_, **__: str(tmp_path / "config"))
+    assert own_robots() == {}
+    named, kept = tmp_path / "named", kept_in()
+    for folder in (named, kept):
+        folder.mkdir(parents=True)
+        profiled(folder, dancer_xml())
+    assert own_robots() == {"mine": kept / "mine.toml"}
+    robot = load_robot("mine")
+    assert robot is load_robot(str(kept / "mine.toml")) and find_profile("mine").folder == kept
+    monkeypatch.setenv("DANCE_ROBOTS", f"{tmp_path / 'nowhere'}{os.pathsep}{named}")
+    assert own_robots() == {"mine": named / "mine.toml"}  # what is named goes before what is kept
+    (named / "g1.toml").write_text("")
+    assert "g1" not in own_robots() and load_robot("g1").name == "g1"
+    with pytest.raises(RobotError, match="did you mean 'mine'"):
+        find_profile("minee")
