@@ -172,7 +172,9 @@ def _strip(spec: mujoco.MjSpec) -> None:
     for geom in list(spec.geoms):
         if geom.type == mujoco.mjtGeom.mjGEOM_MESH or geom.parent == spec.worldbody:
             spec.delete(geom)
-    for things in (spec.meshes, spec.textures, spec.hfields, spec.sensors, spec.keys, spec.equalities):
+    for things in (
+        spec.meshes, spec.textures, spec.hfields, spec.sensors, spec.keys, spec.equalities, spec.pairs
+    ):  # fmt: skip
         for thing in list(things):
             spec.delete(thing)
     for material in spec.materials:
@@ -187,6 +189,7 @@ def _free_the_root(spec: mujoco.MjSpec, path: Path) -> None:
     if free:
         free[0].name = "root"
     else:
+        _cut_loose(spec, root)
         root.add_freejoint(name="root")
     root.pos = [0.0, 0.0, 0.0]
 
@@ -202,6 +205,15 @@ def _freeze(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
             )
         for joint in hits:
             spec.delete(joint)
+
+
+def _cut_loose(spec: mujoco.MjSpec, root: mujoco.MjsBody) -> None:
+    """Drop slides and hinges between world and root, which stand for a free joint, and the motors on them."""
+    names = {joint.name for joint in root.joints}
+    for actuator in [a for a in spec.actuators if a.target in names]:
+        spec.delete(actuator)
+    for joint in list(root.joints):
+        spec.delete(joint)
 
 
 def _is_free(joint: mujoco.MjsJoint) -> bool:

@@ -23,6 +23,7 @@ _SPEED = 10.0  # speed limit where the file has none [rad/s]
 _LEAST_KP = 5.0  # [N m/rad]
 _UNLIKE = 0.3  # difference of left and right ranges that is doubted [rad]
 _BEND = 0.3  # of the knees in the default pose [rad]
+_MOST_LEAN = 0.25  # of the legs in it [rad]
 _GRAVITY = 9.81
 
 
@@ -70,7 +71,7 @@ def estimate_servos(unprofiled: UnprofiledModel, height: float, path: Path) -> E
     """
     model, data = unprofiled.model, unprofiled.data
     legs = {b for chain in unprofiled.limbs.legs.values() for b in chain}
-    speeds, weak, slow = _urdf_speeds(path), [], []
+    speeds, motors, weak, slow = _urdf_speeds(path), _motor_efforts(model), [], []
     tables: dict[str, dict[str, float]] = {k: {} for k in ("kp", "kd", "armature", "effort", "velocity")}
     for name in unprofiled.joints:
         joint = model.joint(name)
@@ -80,7 +81,7 @@ def estimate_servos(unprofiled: UnprofiledModel, height: float, path: Path) -> E
         if model.body(body).name in legs:  # it carries the whole robot
             carried = float(model.body_subtreemass[1]) * height
         kp = _two_digits(max(_STANDING * _GRAVITY * carried, _LEAST_KP))
-        effort, speed = float(model.jnt_actfrcrange[joint.id][1]), speeds.get(name, 0.0)
+        effort, speed = float(model.jnt_actfrcrange[joint.id][1]) or motors.get(name, 0.0), speeds.get(name, 0.0)
         if not effort > 0.0:
             effort = _two_digits(0.3 * kp)
             weak.append(name)
@@ -102,9 +103,17 @@ def estimate_servos(unprofiled: UnprofiledModel, height: float, path: Path) -> E
     return Estimate(tables=tables, notes=tuple(notes), guessed=frozenset(guessed))
 
 
-def estimate_pose(unprofiled: UnprofiledModel) -> Estimate:
-    """Knees a little bent, feet level, where a leg pitches about y; everything else at zero, or as near as it goes."""
+def estimate_pose(unprofiled: UnprofiledModel, soles: Mapping[str, tuple[float, float]]) -> Estimate:
+    """Knees a little bent, feet level, where a leg pitches about y, the mass between ankles and middle of the soles.
+
+    Everything else stands at zero, or as near as it goes.
+
+    Args:
+        unprofiled: the robot.
+        soles: back and front edge of each in its foot's frame [m].
+    """
     angles, notes = dict.fromkeys(unprofiled.joints, 0.0), []
+    leaning: list[tuple[str, str, float, float]] = []  # joints of hip and ankle, and their signs
     for side in FEET:
         chain = unprofiled.limbs.legs[side]
         knee = chain.index(unprofiled.landmarks[f"{side}_knee"])
@@ -116,11 +125,38 @@ def estimate_pose(unprofiled: UnprofiledModel) -> Estimate:
             continue
         for k, angle in ((hip, -0.5 * _BEND), (knee, _BEND), (ankle, -0.5 * _BEND)):
             angles[unprofiled.joint_of(chain[k])] = pitches[k] * angle
+        leaning.append(
+            (unprofiled.joint_of(chain[hip]), unprofiled.joint_of(chain[ankle]), pitches[hip], pitches[ankle])
+        )
+    lean = _lean(unprofiled, angles, soles) if len(leaning) == len(FEET) else 0.0
+    for hip_joint, ankle_joint, at_hip, at_ankle in leaning:
+        angles[hip_joint] += at_hip * lean
+        angles[ankle_joint] -= at_ankle * lean
     for name, angle in angles.items():
         low, high = unprofiled.model.jnt_range[unprofiled.model.joint(name).id]
         angles[name] = float(np.clip(angle, low, high))
-    notes.append(f"default_pose: knees bent by {_BEND} rad, the rest at zero, inside the ranges")
+    over = f", legs leant by {lean:.2f} rad so that the mass is before the ankles" if lean else ""
+    notes.append(f"default_pose: knees bent by {_BEND} rad{over}, the rest at zero, inside the ranges")
     return Estimate(tables={"default_pose": angles}, notes=tuple(notes), guessed=frozenset({"default_pose"}))
+
+
+def _lean(unprofiled: UnprofiledModel, angles: Mapping[str, float], soles: Mapping[str, tuple[float, float]]) -> float:
+    """How far the legs lean so that the mass is between the ankles and the middle of the soles [rad], trunk and soles level."""
+    import mujoco
+
+    model, data = unprofiled.model, mujoco.MjData(unprofiled.model)
+    for name, angle in angles.items():
+        data.qpos[int(model.joint(name).qposadr[0])] = angle
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    feet = {side: data.body(unprofiled.limbs.legs[side][-1]).xpos for side in FEET}
+    ankles = float(np.mean([feet[side][0] for side in FEET]))
+    middle = ankles + float(np.mean([0.5 * sum(soles[side]) for side in FEET]))
+    com = float(data.subtree_com[1][0])
+    low, high = sorted((0.5 * (ankles + middle), middle))
+    wanted = min(max(com, low), high)
+    hips = float(np.mean([data.body(unprofiled.landmarks[f"{side}_hip"]).xpos[2] - feet[side][2] for side in FEET]))
+    return float(np.clip((wanted - com) / max(hips, 0.1), -_MOST_LEAN, _MOST_LEAN))
 
 
 def doubted_ranges(unprofiled: UnprofiledModel) -> list[str]:
@@ -153,6 +189,24 @@ def _urdf_speeds(path: Path) -> dict[str, float]:
         limit = joint.find("limit")
         if limit is not None:
             found[joint.get("name", "")] = float(limit.get("velocity", "0"))
+    return found
+
+
+def _motor_efforts(model: mujoco.MjModel) -> dict[str, float]:
+    """Torque limits by joint that an MJCF's actuators state: of their force, or of a motor's control, times the gear."""
+    import mujoco
+
+    found: dict[str, float] = {}
+    for k in range(model.nu):
+        if model.actuator_trntype[k] != mujoco.mjtTrn.mjTRN_JOINT:
+            continue
+        gear, most = abs(float(model.actuator_gear[k, 0])), 0.0
+        if model.actuator_forcelimited[k]:
+            most = float(np.abs(model.actuator_forcerange[k]).max())
+        elif model.actuator_ctrllimited[k] and model.actuator_biastype[k] == mujoco.mjtBias.mjBIAS_NONE:
+            most = float(np.abs(model.actuator_ctrlrange[k]).max() * abs(model.actuator_gainprm[k, 0]))
+        if most > 0.0:
+            found[model.joint(int(model.actuator_trnid[k, 0])).name] = most * gear
     return found
 
 

@@ -19,10 +19,16 @@ if TYPE_CHECKING:
     import mujoco
 
 _HANDS = re.compile(
-    r"finger|thumb|gripper|index|little|pinky|(^|_)ring|middle_l?\d|hand_.*_\d|(^|_)toes?(_|$)", re.IGNORECASE
+    r"finger|thumb|gripper|index|little|pinky|(^|_)ring|middle_l?\d|hand_.*_\d|(^|_)toes?(_|$)"
+    r"|proximal|intermediate|distal",
+    re.IGNORECASE,
 )
 _TOE = 0.04  # ahead of the joint before it, beyond which the last body of a leg is no ankle but toes [m]
 _CLUSTER = 3  # joints of a hip or a shoulder
+_MIRRORED = 0.03  # left and right are each other's mirror images to this [m]
+_LIMB = 0.2  # of the longest way from the root: no finger is that long
+_APART_M = 0.02  # bodies nearer than this are at one place
+_TWIST = 0.7  # cosine between a joint's axis and its limb, from which it turns the limb and does not bend it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +66,7 @@ def find_limbs(model: mujoco.MjModel, data: mujoco.MjData, where: str) -> Limbs:
     at = {k: i for i, k in enumerate(firm)}
     positions = data.xpos[[bodies[k] for k in firm]]
     tree = SkeletonTree([at.get(parents[k], -1) for k in firm], positions[None])
-    found = tree.legs_and_arms()
+    found = _mirrored_limbs(tree, positions) or tree.legs_and_arms()
     if found is None:
         raise RobotError(
             where, found=f"no two legs and two arms among {', '.join(names)}",
@@ -89,6 +95,26 @@ def find_limbs(model: mujoco.MjModel, data: mujoco.MjData, where: str) -> Limbs:
     )
 
 
+def _mirrored_limbs(
+    tree: SkeletonTree, positions: Float[ndarray, "K 3"]
+) -> tuple[tuple[int, int, int], tuple[int, int, int]] | None:
+    """(node, child, child) of legs and arms: pairs of branches that mirror each other; legs have the lowest tips.
+
+    Several pairs may hang on one body, as legs, arms and head on that of a small robot.
+    """
+    pairs = []
+    for node, children in enumerate(tree.children):
+        for i, a in enumerate(children):
+            for b in children[i + 1 :]:
+                left, right = (positions[tree.way(c)] - positions[node] * (0.0, 1.0, 0.0) for c in (a, b))
+                alike = len(left) == len(right) and np.abs(left * (1.0, -1.0, 1.0) - right).max() < _MIRRORED
+                if alike and tree.reach[a] > _LIMB * tree.reach.max():
+                    pairs.append((node, a, b))
+    legs = min(pairs, key=lambda p: float(positions[tree.way(p[1])[-1], 2]), default=None)
+    rest = [p for p in pairs if legs is not None and p != legs and not any(tree.below(leg, p[0]) for leg in legs[1:])]
+    return None if legs is None or not rest else (legs, max(rest, key=lambda p: float(tree.reach[p[1]])))
+
+
 def joint_centre(model: mujoco.MjModel, data: mujoco.MjData, chain: tuple[str, ...]) -> str:
     """The body of a hip or shoulder whose origin lies nearest to where its first axes meet (least squares)."""
     first = [model.body(n).id for n in chain[:_CLUSTER]]
@@ -101,10 +127,20 @@ def joint_centre(model: mujoco.MjModel, data: mujoco.MjData, chain: tuple[str, .
     return min(reversed(chain[:_CLUSTER]), key=lambda n: round(float(np.linalg.norm(data.body(n).xpos - centre)), 3))
 
 
-def middle_joint(data: mujoco.MjData, chain: tuple[str, ...]) -> str:
-    """The knee or elbow: the body of the chain that is far from its start and from what hangs at its end."""
+def middle_joint(model: mujoco.MjModel, data: mujoco.MjData, chain: tuple[str, ...]) -> str:
+    """The knee or elbow: the body that bends the chain, far from its start and from what hangs at its end."""
     ends = data.body(chain[0]).xpos, data.body(chain[-1]).xipos
-    return max(chain[1:], key=lambda n: min(float(np.linalg.norm(data.body(n).xpos - e)) for e in ends))
+    bending = [n for n in chain[1:] if not _twists(model, data, n, chain)] or chain[1:]
+    return max(bending, key=lambda n: min(float(np.linalg.norm(data.body(n).xpos - e)) for e in ends))
+
+
+def _twists(model: mujoco.MjModel, data: mujoco.MjData, body: str, chain: tuple[str, ...]) -> bool:
+    """Whether a body's joint turns the limb about the length of what is before it, or of what comes after."""
+    at, axis = data.body(body).xpos, data.xaxis[int(model.body_jntadr[model.body(body).id])]
+    beyond = [data.body(n).xpos for n in chain[chain.index(body) + 1 :]] + [data.body(chain[-1]).xipos]
+    after = next((p - at for p in beyond if np.linalg.norm(p - at) > _APART_M), np.zeros(3))
+    ways = (at - data.body(chain[0]).xpos, after)
+    return any(abs(axis @ way) > _TWIST * np.linalg.norm(way) > 0.0 for way in ways)
 
 
 def _moving_parent(model: mujoco.MjModel, body: int, place: Mapping[int, int]) -> int:

@@ -12,6 +12,7 @@ from numpy import ndarray
 
 from robot_models.build import BODY_BIT, build_robot
 from robot_models.draft.estimates import Estimate, UnprofiledModel, doubted_ranges, estimate_pose, estimate_servos
+from robot_models.draft.forearms import doubted_limbs, find_ends
 from robot_models.draft.hulls import capsules_of, sole_of, surface_points
 from robot_models.draft.limbs import find_limbs, joint_centre, middle_joint
 from robot_models.errors import RobotError
@@ -52,7 +53,8 @@ def draft_profile(path: Path, name: str, out: Path) -> Draft:
     soles, notes = _soles(unprofiled, points)
     ankle = unprofiled.data.body(limbs.legs["left"][-1]).xpos[2]
     servos = estimate_servos(unprofiled, float(unprofiled.data.subtree_com[1][2] - ankle) - soles["left"][2], path)
-    pose = estimate_pose(unprofiled)
+    pose = estimate_pose(unprofiled, {side: x for side, (x, _, _) in soles.items()})
+    ends, hands = find_ends(unprofiled, points)
     capsules = capsules_of(points, _bare(unprofiled, [b for b in bodies if b not in limbs.loose], path))
     notes = [
         "friction: 0.8, rubber on a hall floor",
@@ -66,6 +68,8 @@ def draft_profile(path: Path, name: str, out: Path) -> Draft:
         *servos.notes,
         *pose.notes,
         *doubted_ranges(unprofiled),
+        *hands,
+        *doubted_limbs(unprofiled, ends),
     ]
     blocks = [
         _head(unprofiled, path, name, out),
@@ -74,6 +78,7 @@ def draft_profile(path: Path, name: str, out: Path) -> Draft:
         *(_sole(side, limbs.legs[side][-1], soles[side]) for side in FEET),
         *map(_capsule, capsules),
         ["[landmarks]  # GUESSED from the tree", *(f'{k} = "{unprofiled.landmarks[k]}"' for k in LANDMARKS)],
+        *([["[ends]  # GUESSED", *(f"{k} = {list(v)}" for k, v in ends.items())]] if ends else []),
         _tracking(unprofiled),
     ]
     return Draft(text="\n\n".join("\n".join(block) for block in blocks) + "\n", guesses=tuple(notes))
@@ -127,14 +132,14 @@ def _open(path: Path) -> UnprofiledModel:
     landmarks = limbs.landmarks
     for side in FEET:
         leg, arm = limbs.legs[side], limbs.arms[side]
-        landmarks |= {f"{side}_hip": joint_centre(model, data, leg), f"{side}_knee": middle_joint(data, leg)}
-        for part, chain in (("knee", leg), ("elbow", arm)):
-            if middle_joint(data, chain) == chain[-1]:
-                raise RobotError(
-                    str(path), found=f"'{chain[-1]}', the {side} {part}, at the end of its limb", expected="a body beyond it",
-                    cure="give hand or foot a body of its own in the model file, on a joint with a small range",
-                )  # fmt: skip
-        landmarks |= {f"{side}_shoulder": joint_centre(model, data, arm), f"{side}_elbow": middle_joint(data, arm)}
+        knee, elbow = (middle_joint(model, data, chain) for chain in (leg, arm))
+        if knee == leg[-1]:
+            raise RobotError(
+                str(path), found=f"'{leg[-1]}', the {side} knee, at the end of its limb", expected="a foot beyond it",
+                cure="give the foot a body of its own in the model file, on a joint with a small range",
+            )  # fmt: skip
+        landmarks |= {f"{side}_hip": joint_centre(model, data, leg), f"{side}_knee": knee}
+        landmarks |= {f"{side}_shoulder": joint_centre(model, data, arm), f"{side}_elbow": elbow}
     return UnprofiledModel(model=model, data=data, limbs=limbs, landmarks=landmarks)
 
 
@@ -144,7 +149,7 @@ def _check_stance(unprofiled: UnprofiledModel, points: Mapping[str, Float[ndarra
     leg = np.array(data.body(unprofiled.landmarks["left_hip"]).xpos - data.body(foot).xpos)
     reach = float(np.mean([points[foot][:, 0].max(), points[foot][:, 0].min()])) if foot in points else 0.0
     several = [model.body(b).name for b in range(1, model.nbody) if model.body_jntnum[b] > 1]
-    free = [model.joint(j).name for j in range(1, model.njnt) if not model.jnt_limited[j]]
+    free = [n for n in unprofiled.joints if not model.jnt_limited[model.joint(n).id]]
     faults = (
         (leg[2] < 0.8 * np.linalg.norm(leg), f"hips over feet by {leg[0]:.2f}, {leg[1]:.2f}, {leg[2]:.2f} m along x, y, z at zero",
          "a robot that stands along z", "turn its root body in the model file"),

@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from any_pose import dancer_xml
 
-from robot_models.draft.estimates import doubted_ranges, estimate_pose, estimate_servos
+from robot_models.draft.estimates import _motor_efforts, doubted_ranges, estimate_pose, estimate_servos
 from robot_models.draft.profile_text import _open
 from robot_models.pinocchio_model import urdf_text
 
 HEIGHT = 0.7
+SOLES = dict.fromkeys(("left", "right"), (-0.08, 0.14))
 FLIPPED_KNEE = ('name="left_knee" axis="0 1 0" range="-0.05 2.5"', 'name="left_knee" axis="0 -1 0" range="-2.5 0.05"')
 
 
@@ -84,7 +85,7 @@ def test_what_the_file_says_is_taken_and_not_called_a_guess(tmp_path, dancer):
 @pytest.mark.parametrize("changes", [(), (FLIPPED_KNEE,)], ids=["y", "-y"])
 def test_the_guessed_pose_has_level_feet_under_the_hips_and_knees_ahead(tmp_path, changes):
     robot, _ = unprofiled(tmp_path, *changes)
-    angles = estimate_pose(robot).tables["default_pose"]
+    angles = estimate_pose(robot, SOLES).tables["default_pose"]
     data = mujoco.MjData(robot.model)
     for name, angle in angles.items():
         low, high = robot.model.joint(name).range
@@ -95,12 +96,46 @@ def test_the_guessed_pose_has_level_feet_under_the_hips_and_knees_ahead(tmp_path
         hip, knee, foot = (data.body(robot.landmarks[f"{side}_{p}"]) for p in ("hip", "knee", "foot"))
         np.testing.assert_allclose(foot.xmat.reshape(3, 3), np.eye(3), atol=1e-12)
         assert knee.xpos[0] > max(hip.xpos[0], foot.xpos[0]) + 0.02  # bent ahead, as a person's
-        assert abs(foot.xpos[0] - hip.xpos[0]) < 0.01
+        assert abs(foot.xpos[0] - hip.xpos[0]) < 0.05
+    assert 0.0 <= data.subtree_com[1][0] - foot.xpos[0] <= 0.03 + 1e-3  # between the ankle and the middle of its sole
+
+
+def test_a_robot_whose_mass_is_behind_its_ankles_leans_until_it_is_not(tmp_path):
+    """Two roads: what the pose says, and MuJoCo's centre of mass in it."""
+    backpack = (
+        '<site name="imu_torso"', '<geom type="sphere" size=".05" pos="-.25 0 .1" mass="12"/><site name="imu_torso"'
+    )  # fmt: skip
+    behind, _ = unprofiled(tmp_path, backpack)
+    before, after = (mujoco.MjData(behind.model) for _ in range(2))
+    mujoco.mj_forward(behind.model, before)
+    foot = behind.limbs.legs["left"][-1]
+    assert before.subtree_com[1][0] < before.body(foot).xpos[0] - 0.01  # the control
+    guess = estimate_pose(behind, SOLES)
+    for name, angle in guess.tables["default_pose"].items():
+        after.joint(name).qpos[0] = angle
+    mujoco.mj_forward(behind.model, after)
+    assert after.subtree_com[1][0] > after.body(foot).xpos[0]
+    np.testing.assert_allclose(after.body(foot).xmat.reshape(3, 3), np.eye(3), atol=1e-12)
+    assert any("legs leant by" in note for note in guess.notes)
+
+
+def test_torque_limits_that_stand_in_the_motors_alone_are_read(tmp_path):
+    path = tmp_path / "m.xml"
+    path.write_text(
+        '<mujoco><worldbody><body name="a"><geom size=".1"/>'
+        + "".join(f'<body name="b{k}"><joint name="j{k}" range="-90 90"/><geom size=".1"/></body>' for k in range(4))
+        + '</body></worldbody><actuator><motor joint="j0" gear="106" ctrllimited="true" ctrlrange="-1 1"/>'
+        '<motor joint="j1" gear="2" forcelimited="true" forcerange="-30 30"/>'
+        '<position joint="j2" ctrllimited="true" ctrlrange="-2 2"/>'
+        "</actuator></mujoco>"
+    )
+    found = _motor_efforts(mujoco.MjModel.from_xml_path(str(path)))
+    assert found == {"j0": 106.0, "j1": 60.0}  # a servo's control is an angle, and says nothing
 
 
 def test_a_leg_that_does_not_pitch_stands_straight_and_says_so(tmp_path):
     robot, _ = unprofiled(tmp_path, ('name="left_ankle_pitch" axis="0 1 0"', 'name="left_ankle_pitch" axis="0 0 1"'))
-    guess = estimate_pose(robot)
+    guess = estimate_pose(robot, SOLES)
     assert any("the left leg stands straight" in n for n in guess.notes)
     assert guess.tables["default_pose"]["left_knee"] == 0.0 < guess.tables["default_pose"]["right_knee"]
 
@@ -108,7 +143,7 @@ def test_a_leg_that_does_not_pitch_stands_straight_and_says_so(tmp_path):
 def test_a_default_pose_stays_inside_a_range_that_excludes_zero(tmp_path):
     robot, _ = unprofiled(tmp_path, ('name="left_elbow" axis="0 1 0" range="-2.5 0.05"',
                                    'name="left_elbow" axis="0 1 0" range="-2.5 -0.7"'))  # fmt: skip
-    assert estimate_pose(robot).tables["default_pose"]["left_elbow"] == -0.7
+    assert estimate_pose(robot, SOLES).tables["default_pose"]["left_elbow"] == -0.7
 
 
 def test_a_flipped_axis_with_a_flipped_range_is_no_difference(tmp_path):

@@ -127,4 +127,40 @@ def test_the_centre_of_a_hip_is_the_body_where_its_axes_meet(tmp_path, a, b, c, 
     model, data = opened(tmp_path, HIP.format(a=a, b=b, c=c))
     chain = ("a", "b", "c", "knee", "foot")
     assert joint_centre(model, data, chain) == centre
-    assert middle_joint(data, chain) == "knee"
+    assert middle_joint(model, data, chain) == "knee"
+
+
+ARM = """<mujoco><worldbody><body name="root"><freejoint/><geom size=".1"/>
+<body name="pitch" pos="0 .2 0"><joint axis="0 1 0" range="-90 90"/><geom size=".01"/>
+<body name="roll"><joint axis="1 0 0" range="-90 90"/><geom size=".01"/>
+<body name="yaw" pos="0 0 -.2"><joint axis="0 0 1" range="-90 90"/><geom size=".01"/>
+<body name="elbow" pos="0 0 {drop}"><joint axis="0 1 0" range="-90 90"/><geom size=".01"/>
+<body name="wrist" pos="{forearm}"><joint axis="1 0 0" range="-90 90"/><geom size=".01" pos=".05 0 0"/>
+</body></body></body></body></body></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(("drop", "forearm"), [("0", ".12 0 0"), ("-.02", ".1 0 0"), ("-.05", "0 0 -.2")])
+def test_an_elbow_is_never_the_joint_that_twists_the_upper_arm(tmp_path, drop, forearm):
+    model, data = opened(tmp_path, ARM.format(drop=drop, forearm=forearm))
+    assert middle_joint(model, data, ("pitch", "roll", "yaw", "elbow", "wrist")) == "elbow"
+
+
+def test_legs_arms_and_head_on_one_body_are_told_apart(tmp_path):
+    """As on small robots: the lowest tips are feet."""
+    hinge = '<joint axis="0 1 0" range="-90 90"/><geom size=".01"/>'
+
+    def limb(name, side, y, z, length):
+        parts = "".join(f'<body name="{side}_{name}{k}" pos="0 0 {-length}">{hinge}' for k in (1, 2))
+        return f'<body name="{side}_{name}0" pos="0 {y} {z}">{hinge}{parts}</body></body></body>'
+
+    limbs = "".join(
+        limb("arm", s, sign * 0.12, 0.1, 0.11) + limb("leg", s, sign * 0.05, -0.1, 0.1)
+        for s, sign in (("left", 1), ("right", -1))
+    )
+    head = f'<body name="head" pos="0 0 .2">{hinge}</body>'
+    xml = (
+        f'<mujoco><worldbody><body name="trunk"><freejoint/><geom size=".1"/>{head}{limbs}</body></worldbody></mujoco>'
+    )
+    found = limbs_of(tmp_path, xml)
+    assert found.legs["left"] == ("left_leg0", "left_leg1", "left_leg2") and found.arms["right"][0] == "right_arm0"
+    assert (found.pelvis, found.torso, found.head) == ("trunk", "trunk", "head")

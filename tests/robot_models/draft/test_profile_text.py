@@ -8,10 +8,12 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from any_pose import dancer_xml
+from conftest import SHARED
 
 from robot_models import FEET, RobotError, forward_kinematics, load_robot
 from robot_models.draft.profile_text import draft_profile, without_overlaps
-from robot_models.profile import PROFILES
+from robot_models.profile import PROFILES, read_profile
 
 ASSETS = PROFILES.parent / "assets"
 SHARE = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
@@ -95,14 +97,50 @@ def test_a_joint_without_a_range_is_refused_by_name(tmp_path):
         draft_profile(path, "r", tmp_path / "r.toml")
 
 
-def test_arms_that_end_at_the_elbow_are_refused_with_the_cure(tmp_path):
+def test_arms_that_end_at_the_elbow_get_a_wrist_at_the_end_of_the_forearm(tmp_path):
     spec = mujoco.MjSpec.from_file(str(ASSETS / "dancer.xml"))
     for side in FEET:
         spec.delete(spec.body(f"{side}_wrist_roll_link"))
     path = tmp_path / "nowrist.xml"
     path.write_text(spec.to_xml())
-    with pytest.raises(RobotError, match="the left elbow, at the end of its limb.*a body of its own"):
-        draft_profile(path, "r", tmp_path / "r.toml")
+    draft = draft_profile(path, "r", tmp_path / "r.toml")
+    (tmp_path / "r.toml").write_text(draft.text)
+    profile = read_profile(tmp_path / "r.toml")
+    assert profile.landmarks["left_wrist"] == profile.landmarks["left_elbow"] == "left_elbow_link"
+    assert 0.1 < np.linalg.norm(profile.ends["left_wrist"]) < 0.3
+    assert any("'left_elbow_link' ends at the elbow" in guess for guess in draft.guesses)
+    assert load_robot(str(tmp_path / "r.toml")).landmark("right_wrist")
+
+
+def test_a_root_on_slides_and_hinges_is_a_free_one(tmp_path):
+    xml = dancer_xml()
+    slides = "".join(f'<joint name="root_{k}" type="{t}" axis="{a}"/>' for k, (t, a) in enumerate(
+        [("slide", "1 0 0"), ("slide", "0 1 0"), ("slide", "0 0 1"), ("hinge", "1 0 0"), ("hinge", "0 1 0"), ("hinge", "0 0 1")]
+    ))  # fmt: skip
+    bound = re.sub(r"<freejoint[^>]*/>|<joint[^>]*type=\"free\"[^>]*/>", slides, xml, count=1)
+    assert bound != xml
+    bound = bound.replace("</mujoco>", '<actuator><motor joint="root_2"/></actuator></mujoco>')
+    (tmp_path / "slid.xml").write_text(bound)
+    text = draft_profile(tmp_path / "slid.xml", "r", tmp_path / "r.toml").text
+    (tmp_path / "r.toml").write_text(text)
+    robot = load_robot(str(tmp_path / "r.toml"))
+    assert robot.nq == 7 + len(robot.joint_names) and not any(name.startswith("root") for name in robot.joint_names)
+
+
+@pytest.mark.parametrize(
+    ("model", "elbow"),
+    [
+        ("booster_t1/T1_serial.xml", "left_hand_link"), ("fourier_n1/n1_mocap.xml", "left_lower_arm_pitch_link"),
+        ("unitree_h1/h1.xml", "left_elbow_link"), ("unitree_r1/R1.urdf", "left_elbow_link"),
+        ("tienkung2_lite/tienkung2_lite.urdf", "elbow_pitch_l_link"), ("nao/nao.urdf", "LForeArm"),
+    ],
+)  # fmt: skip
+def test_robots_that_nobody_prepared_have_their_elbows_where_they_bend(model, elbow, tmp_path):
+    path = SHARED.parent / "robots" / model
+    if not path.is_file():
+        pytest.skip("the shared robots are not on this machine")
+    (tmp_path / "r.toml").write_text(draft_profile(path, "r", tmp_path / "r.toml").text)
+    assert read_profile(tmp_path / "r.toml").landmarks["left_elbow"] == elbow
 
 
 def test_what_is_no_humanoid_is_refused(tmp_path):
