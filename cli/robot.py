@@ -5,15 +5,14 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from rich.table import Table
-
 import clips.samples
 from cli.retargeting import report_table
 from cli.robot_arguments import Add, Arguments, Check
+from cli.robot_list import list_robots
 from cli.shell import TellOptions, Trouble, Verdict, command, line, make_folder, tell
 from clips import OutputError, cut, read_clip, write_whole
 from retarget.workflows import check_robot
-from robot_models import DanceError, find_profile, installed, kept_in, load_robot, own_robots, robot_names
+from robot_models import kept_in, load_robot, robot_names
 from robot_models.draft import STANDS_S, draft_profile, without_overlaps
 
 _SAMPLE = Path(clips.samples.__path__[0]) / "groove.bvh"
@@ -31,38 +30,7 @@ def run(args: Arguments) -> int:
         return _add(args.do)
     if isinstance(args.do, Check):
         return _check(args.do.robot, args.do.out or Path(), args.do.tell)
-    return _list(args.do.tell)
-
-
-def _list(options: TellOptions) -> int:
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for column in ("robot", "", "here", "bring it"):
-        table.add_column(column)
-    for name in robot_names():
-        profile = find_profile(name)
-        table.add_row(name, profile.title, "yes" if installed(name) else "no", profile.source.install)
-    for name, path in own_robots().items():
-        table.add_row(*_own(name, path))
-    here = [name for name in robot_names() if installed(name)]
-    verdict = Verdict(
-        passed=True,
-        line=f"{len(here)} of {len(robot_names())} robots are here: {', '.join(here)}",
-        notes=(f"your own are looked for in {kept_in()} and in the folders that DANCE_ROBOTS lists",),
-        steps=(("dance-robot add my_robot.urdf --keep", "bring your own"),),
-        data={
-            "robots": {name: installed(name) for name in robot_names()},
-            "own": {name: str(path) for name, path in own_robots().items()},
-        },
-    )
-    return tell(verdict, options, shown=[table])
-
-
-def _own(name: str, path: Path) -> tuple[str, str, str, str]:
-    """A row of the list; a profile that cannot be used says why."""
-    try:
-        return name, load_robot(name).profile.title, "yes", str(path)
-    except DanceError as e:
-        return name, str(e), "no", str(path)
+    return list_robots(args.do.tell)
 
 
 def _add(args: Add) -> int:

@@ -15,6 +15,7 @@ from robot_models.maths import Progress, silent
 
 _FPS = 25.0  # as films are shown; twice as many take twice as long to draw
 _BLOB_M, _BLOB_FADES_M = 0.14, 0.15  # radius of a foot's blob on the floor, and the foot's height at which it is gone
+_NEAREST_M = 3.4  # from where two who stand side by side are both seen
 _GHOST = (0.35, 0.75, 1.0, 0.3)
 
 
@@ -110,7 +111,7 @@ class Stage:
     def look_at(self, place: ndarray, height: float) -> None:
         """Turn the camera at once to a place on the floor and a height over it, from the front."""
         self._look = np.array([*place, 0.9 * height])
-        self._camera.distance, self._camera.azimuth = 3.2 * height, 180.0
+        self._camera.distance, self._camera.azimuth = max(3.2 * height, _NEAREST_M), 180.0
 
     def _add_ghost(self, qpos: ndarray) -> None:
         """The robot in another pose, pale and transparent."""

@@ -34,7 +34,7 @@ def save_still(path: Path, robot: RobotModel, reference: Reference, source: Huma
         frame = int(share * (source.frames - 1))
         qpos = reference.qpos[first + frame].copy()
         beside = np.array([0.0, _APART])
-        stage.look_at(qpos[:2] - 0.5 * beside, qpos[2])
+        stage.look_at(qpos[:2] - 0.5 * beside, max(float(qpos[2]), float(source.point("pelvis")[frame, 2])))
         pictures.append(stage.draw(qpos, None, _bones(source, frame, qpos[:2] - beside)))
     stage.close()
     with aside(path) as unfinished:
