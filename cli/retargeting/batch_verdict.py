@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cli.shell import BELOW_GATE, DONE, REFUSED, SOME_REFUSED, Trouble, Verdict, line
-from clips import MetricKey
+from clips import MetricKey, clip_stem
 from retarget.workflows import Outcome
 
 _COLUMNS = (  # of the table on the screen: metric, heading, digits
@@ -101,7 +101,7 @@ def _alone(o: Outcome, stated: Sequence[str], folder: Path) -> str:
 
 
 def _output(o: Outcome, folder: Path) -> str:
-    return o.reference or str(folder / f"{Path(o.clip).stem}_{Path(o.robot).stem}.npz")
+    return o.reference or str(folder / f"{clip_stem(Path(o.clip))}_{Path(o.robot).stem}.npz")
 
 
 def _name(o: Outcome) -> str:

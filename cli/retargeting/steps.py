@@ -8,7 +8,7 @@ from cli.retargeting.arguments import Arguments
 from cli.retargeting.stretches import refuse_beyond, stretches
 from cli.retargeting.verdict import Danced
 from cli.shell import make_folder
-from clips import Clip, at_speed, cut, read_clip, repair, save_reference
+from clips import Clip, at_speed, clip_stem, cut, read_clip, repair, save_reference
 from clips.checks import Check, check_sway, doubts
 from clips.edit import left_out_at_start
 from retarget import (
@@ -80,7 +80,7 @@ def solve_dances(
 
 def save_result(result: Retargeted, dances: list[Danced], args: Arguments) -> list[Path]:
     """Reference, touches and recording, as asked for; the files."""
-    name, robot = "_".join(dict.fromkeys(dance.path.stem for dance in dances)), result.robot.name
+    name, robot = "_".join(dict.fromkeys(clip_stem(dance.path) for dance in dances)), result.robot.name
     written = [args.out or Path(f"{name}_{'again' if name.endswith(f'_{robot}') else robot}.npz")]
     make_folder(written[0])
     save_reference(result.reference, written[0], float32=args.float32)

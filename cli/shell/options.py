@@ -36,7 +36,7 @@ class FileOptions:
     mapping: str | None = None
     """A file that says which point is which part of the body, for skeletons that no custom tells apart."""
     person: str | None = None
-    """Of several people in one file: the name of the root, or a number; FILE#2 says the same."""
+    """Of several people or clips in one file: a name (of the root, of the clip), or a number; FILE#2 says the same."""
     level: bool = True
     """Turn a world that leans, as a camera's does, upright."""
     travel: str | None = None

@@ -11,7 +11,7 @@ import tyro
 
 from cli.retargeting import Arguments, check_one, read_dances, save_result, solve_dances
 from cli.shell import FileOptions, line
-from clips import read_clip, write_whole
+from clips import clip_stem, read_clip, write_whole
 from retarget import ContactEdit, KeyFrame, Retargeted, RetargetError
 from robot_models import load_robot
 from robot_models.maths import Progress, silent
@@ -46,7 +46,7 @@ class Edits:
 
 def csv_beside(clip: Path, what: str, folder: Path) -> Path:
     """Where the touches or key frames of a clip stand."""
-    return folder / f"{clip.stem}_{what}.csv"
+    return folder / f"{clip_stem(clip)}_{what}.csv"
 
 
 class Mending:

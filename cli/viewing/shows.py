@@ -13,7 +13,7 @@ from cli.shell import FileOptions, make_console, progress
 from cli.viewing.live_panel import LivePanel
 from cli.viewing.mending import Mending
 from cli.viewing.mending_panel import MendingPanel, show_of_result
-from clips import HumanClip, Reference, is_reference, load_reference, read_clip
+from clips import HumanClip, Reference, file_and_name, is_reference, load_reference, read_clip
 from retarget import Retargeted, dynamics_of
 from retarget.stage import Figure, Show, show_reference, show_side_by_side
 from robot_models import DEFAULT_ROBOT, RobotModel, forward_kinematics, load_robot
@@ -38,7 +38,7 @@ def show_of(files: Sequence[Path], robot: str | None, options: FileOptions, foll
         told = {str(f) if names.count(f.name) > 1 else f.name: f for f in files}
         return show_side_by_side({name: _motion(file, robot, options) for name, file in told.items()})
     (file,) = files
-    if not file.is_file() or file.suffix in _POLICIES:
+    if not _is_motion(file):
         return _danced(file, robot, options, follow)
     if is_reference(file):
         model, reference = _reference(file, robot)
@@ -61,7 +61,7 @@ def panel_of(
     if len(files) > 1:
         return None
     (file,) = files
-    if file.is_file() and file.suffix not in _POLICIES:
+    if _is_motion(file):
         mending = mending_of(files, robot, options)
         return None if mending is None else MendingPanel(mending)
     from tracking.evaluation import LiveDance
@@ -74,12 +74,17 @@ def panel_of(
 
 def mending_of(files: Sequence[Path], robot: str | None, options: FileOptions) -> Mending | None:
     """The mending of a recording that is brought to a robot; None for whatever is shown as it is."""
-    if len(files) > 1 or not files[0].is_file() or files[0].suffix in _POLICIES or is_reference(files[0]):
+    if len(files) > 1 or not _is_motion(files[0]) or is_reference(files[0]):
         return None
     if robot is None and not isinstance(read_clip(files[0], options.reading()), HumanClip):
         return None
     with progress("solved") as told:
         return Mending(files[0], robot or DEFAULT_ROBOT, options, told)
+
+
+def _is_motion(file: Path) -> bool:
+    """A file, or one of its clips; else it is a policy."""
+    return file_and_name(file)[0].is_file() and file.suffix not in _POLICIES
 
 
 def _motion(file: Path, robot: str | None, options: FileOptions) -> tuple[RobotModel, Reference]:

@@ -21,6 +21,7 @@ from clips.identify import (
 )
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import smpl
+from clips.readers.one_of_several import one_of_several, refuse_another
 from clips.readers.rates import rate
 from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names
 from robot_models.incoming import MAX_NAME, parsed, read_arrays
@@ -44,6 +45,8 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
         ClipError: broken archive, or no known set of keys.
     """
     data = read_arrays(raw.data, raw.name, expected="a whole .npz", error=ClipError)
+    if np.size(data.get("split_points", ())) <= 2:
+        refuse_another(raw, options)
     if "pose_body" in data and "root_orient" in data and "poses" not in data:
         _need(raw, data, {"root_orient": 2, "pose_body": 2})
         data["poses"] = np.concatenate((data["root_orient"], data["pose_body"]), axis=1)
@@ -105,9 +108,9 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
         dialect = "reference of this project"
         more = _held(raw, robot, names, data, ("joint_pos", "body_names", "body_pos_w", "body_quat_w"))
     else:
+        data, more = _without_world(data)
         robot, depth_first, _ = choose_layout(raw, count, options)
         names, order = _order_by_kinematics(raw, load_robot(robot), depth_first, data)
-        more = []
         dialect = "BeyondMimic motion.npz"
     more += _rate_held(raw, data, "joint_pos", "joint_vel", fps, options)
     return robot_clip(
@@ -154,6 +157,16 @@ def _rate_held(
         return []
     found = check_against_velocities(raw, data[positions], data[velocities], fps)
     return [] if found is None else [found]
+
+
+def _without_world(data: Mapping[str, ndarray]) -> tuple[Mapping[str, ndarray], list[Finding]]:
+    """mjlab's bodies may begin with MuJoCo's world, which stands at the origin in every frame."""
+    pos, quat = data["body_pos_w"][:, 0], data["body_quat_w"][:, 0]
+    if data["body_pos_w"].shape[1] < 2 or pos.any() or not np.array_equal(quat, np.tile(rot.IDENTITY, (len(quat), 1))):
+        return data, []
+    of_bodies = {key: value[:, 1:] for key, value in data.items() if key.startswith("body_") and value.ndim == 3}
+    found = Finding(what="body 0", value="the world, left out", why="it never moves", confidence="measured")
+    return {**data, **of_bodies}, [found]
 
 
 def _order_by_kinematics(
@@ -220,17 +233,32 @@ def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) 
     )
 
 
+def _one_trajectory(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> Mapping[str, ndarray]:
+    """The trajectory that is asked for, of several in one file."""
+    if np.size(data.get("split_points", ())) <= 2:
+        return data
+    _need(raw, data, {"split_points": 1})
+    ends = np.asarray(data["split_points"])
+    if (
+        ends.dtype.kind not in "iu"
+        or ends[0] != 0
+        or ends[-1] != len(data["qpos"])
+        or (np.diff(ends) < MIN_FRAMES).any()
+    ):
+        raise ClipError(
+            f"{raw.name}, split_points", found=str(ends.tolist())[:60],
+            expected=f"frame numbers from 0 to {len(data['qpos'])}, {MIN_FRAMES} frames apart at least",
+        )  # fmt: skip
+    names = [f"trajectory {k + 1}" for k in range(len(ends) - 1)]
+    k = one_of_several(names, raw, options)
+    return {**data, "qpos": data["qpos"][int(ends[k]) : int(ends[k + 1])]}
+
+
 def _loco_mujoco(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:
     """LocoMuJoCo's trajectory: qpos in MuJoCo's layout, the free joint first, joints by name."""
     _need(raw, data, {"qpos": 2, "joint_names": 1})
     fps, finding = rate(raw, data, options, "frequency")
-    if np.size(data.get("split_points", ())) > 2:
-        raise ClipError(
-            raw.name,
-            found=f"{np.size(data['split_points']) - 1} trajectories in one file",
-            expected="one",
-            cure="split it",
-        )
+    data = _one_trajectory(raw, data, options)
     free, *names = map(str, data["joint_names"])
     if data["qpos"].shape[1] != 7 + len(names):
         raise ClipError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from clips.errors import ClipError
 from clips.identify import NamedMotion, check_against_bodies, choose_layout, joint_order, joints_by_name, robot_clip
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import smpl
+from clips.readers.one_of_several import one_of_several, refuse_another
 from clips.readers.unpickler import OPENERS, load
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
@@ -35,7 +37,17 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
     """
     content = load(raw)
     if isinstance(content, Mapping) and len(content) == 1 and isinstance(next(iter(content.values())), Mapping):
+        one_of_several([str(next(iter(content)))], raw, replace(options, person=options.person or "1"))
         return _phc(raw, next(iter(content.values())), options)
+    if isinstance(content, Mapping) and len(content) > 1 and all(isinstance(v, Mapping) for v in content.values()):
+        place = one_of_several(list(map(str, content)), raw, options)
+        return _one_clip(raw, list(content.values())[place], options)
+    refuse_another(raw, options)
+    return _one_clip(raw, content, options)
+
+
+def _one_clip(raw: RawFile, content: Any, options: ReadOptions) -> Clip:
+    """A clip by the keys that it has."""
     if isinstance(content, Mapping) and {"root_pos", "root_rot", "dof_pos"} <= set(content):
         return _gmr(raw, content, options)
     if isinstance(content, Mapping) and {"smpl_poses", "smpl_trans"} <= set(content):
@@ -44,11 +56,6 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
         return _mimickit(raw, content, options)
     if isinstance(content, Mapping) and "root_trans_offset" in content:
         return _phc(raw, content, options)
-    if isinstance(content, Mapping) and len(content) > 1 and all(isinstance(v, Mapping) for v in content.values()):
-        raise ClipError(
-            raw.name, found=f"{len(content)} clips ({', '.join(map(str, list(content)[:4]))} ...)", expected="one clip",
-            cure="save the clip you want alone",
-        )  # fmt: skip
     keys = ", ".join(map(str, content)) if isinstance(content, Mapping) else type(content).__name__
     raise ClipError(
         raw.name,

@@ -13,6 +13,7 @@ from clips.edit import travel_from_feet, travel_scaled
 from clips.errors import ClipError
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import amc, bvh, c3d, deepmimic, npz, pickles, points_csv, robot_csv, torch_motion
+from clips.readers.one_of_several import file_and_name, refuse_another
 
 # Asked in this order; the first that recognises the content reads it.
 READERS: tuple[ModuleType, ...] = (bvh, amc, deepmimic, c3d, npz, torch_motion, pickles, points_csv, robot_csv)
@@ -43,11 +44,8 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
     raw = RawFile.load(path)
     for reader in READERS:
         if reader.recognises(raw):
-            if reader not in (bvh, c3d) and options.person not in (None, "1"):
-                raise ClipError(
-                    raw.name, found=f"person '{options.person}' asked for", expected="1: files of this layout hold one person",
-                    option="person", suggestion="1",
-                )  # fmt: skip
+            if reader not in (bvh, c3d, npz, pickles):  # which may hold several
+                refuse_another(raw, options)
             return _as_stated(_beside_its_own(_read(reader, raw, options), reader, raw, options), options)
     for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
         if raw.head.lstrip().startswith(magic):
@@ -124,15 +122,15 @@ def _beside_its_own(clip: Clip, reader: ModuleType, raw: RawFile, options: ReadO
 
 
 def _person_of(path: Path, options: ReadOptions) -> tuple[Path, ReadOptions]:
-    """`FILE#2` is the second person of a file."""
-    name, _, number = path.name.rpartition("#")
-    if name and number.isdigit() and not path.exists():
-        if options.person not in (None, number):
-            raise ClipError(
-                str(path), found=f"person '{options.person}' beside it", expected="one of the two", option="person"
-            )
-        return path.with_name(name), replace(options, person=number)
-    return path, options
+    """`FILE#2` is the second person or clip of a file, `FILE#NAME` the one of that name."""
+    file, asked = file_and_name(path)
+    if not asked:
+        return path, options
+    if options.person not in (None, asked):
+        raise ClipError(
+            str(path), found=f"person '{options.person}' beside it", expected="one of the two", option="person"
+        )
+    return file, replace(options, person=asked)
 
 
 def _as_stated(clip: Clip, options: ReadOptions) -> Clip:

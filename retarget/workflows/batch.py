@@ -19,6 +19,8 @@ from typing import Literal
 from clips import (
     MetricKey,
     ReadOptions,
+    clip_stem,
+    file_and_name,
     load_reference,
     metric_label,
     read_of_several,
@@ -93,7 +95,7 @@ def jobs_for(clips: Sequence[Path], robots: Sequence[str], folder: Path) -> list
     Raises:
         RetargetError: two pairs would have one output.
     """
-    stems = [c.stem for c in clips]
+    stems = [clip_stem(c) for c in clips]
     top = Path(os.path.commonpath([c.resolve().parent for c in clips])) if clips else Path()
     jobs: dict[Path, Job] = {}
     for clip, stem in zip(clips, stems, strict=True):
@@ -206,7 +208,8 @@ def _judged(job: Job, key: str, result: Retargeted, config: BatchConfig) -> Outc
 
 def _key(job: Job, config: BatchConfig) -> str:
     """Hash of clip, robot, configuration and versions."""
-    told = hashlib.sha256(job.clip.read_bytes() if job.clip.is_file() else b"")
+    file, asked = file_and_name(job.clip)
+    told = hashlib.sha256((file.read_bytes() if file.is_file() else b"") + asked.encode())
     told.update(load_robot(job.robot).hash.encode())
     told.update(json.dumps([_FORMAT, asdict(config), versions()], sort_keys=True, default=str).encode())
     return told.hexdigest()

@@ -312,7 +312,7 @@ def test_20_a_pickle_that_wants_code_and_one_of_many_clips(tmp_path):
     (tmp_path / "a.pkl").write_bytes(b"\x80\x02cos\nsystem\n(X\x02\0\0\0lstR.")
     refused("wants to call os.system.*unless you trust", tmp_path / "a.pkl")
     (tmp_path / "b.pkl").write_bytes(pickle.dumps({f"clip {i}": {"dof": np.zeros((9, 23))} for i in range(4)}))
-    refused("4 clips.*save the clip you want alone", tmp_path / "b.pkl")
+    refused("4 clips.*say which, by name or by number", tmp_path / "b.pkl", option="person")
 
 
 def test_21_robot_files_without_a_free_joint_a_mesh_or_a_range(tmp_path):

@@ -81,7 +81,9 @@ def test_loco_mujocos_joints_go_by_name_whatever_their_order(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"split_points": np.array([0, 10, 40])}, "2 trajectories"),
+        ({"split_points": np.array([0, 10, 40])}, "2 clips.*say which"),
+        ({"split_points": np.array([0, 10, 39, 40])}, "split_points"),
+        ({"split_points": np.array([5, 10, 40])}, "split_points"),
         ({"qpos": np.zeros((40, 20))}, "a free root and one per joint"),
         ({"joint_names": np.array(["root", *(f"j{i}" for i in range(28))])}, "one robot that is known"),
         ({"frequency": np.zeros(3)}, "no frame rate"),
@@ -91,6 +93,16 @@ def test_a_trajectory_that_does_not_fit_is_refused(tmp_path, changes, said):
     trajectory(tmp_path / "t.npz", load_robot("dancer"), **changes)
     with pytest.raises(ClipError, match=said):
         read_clip(tmp_path / "t.npz")
+
+
+def test_one_of_several_trajectories_is_asked_for_by_number_or_name(tmp_path):
+    robot = load_robot("dancer")
+    qpos = trajectory(tmp_path / "t.npz", robot, split_points=np.array([0, 15, 40]))
+    for asked, frames in (("1", slice(0, 15)), ("trajectory 2", slice(15, 40))):
+        clip = read_clip(Path(f"{tmp_path}/t.npz#{asked}"))
+        np.testing.assert_allclose(full_qpos(clip, robot), qpos[frames], atol=1e-12)
+    with pytest.raises(ClipError, match=r"no clip '3' among 2 \(trajectory 1, trajectory 2\)"):
+        read_clip(tmp_path / "t.npz", ReadOptions(person="3"))
 
 
 def test_protomotions_tensors_are_read_by_torchs_safe_loader(groove, tmp_path):

@@ -274,7 +274,7 @@ def test_frames_without_a_blank_and_an_absurd_frame_time(tmp_path):
 
 def test_a_second_person_of_a_file_that_holds_one_is_refused(tmp_path):
     assert read_clip(f"{SAMPLES / 'groove.csv'}#1").frames == 601
-    with pytest.raises(ClipError, match="files of this layout hold one person"):
+    with pytest.raises(ClipError, match="this file holds one person"):
         read_clip(f"{SAMPLES / 'groove.csv'}#2")
     with pytest.raises(ClipError, match="one of the two"):
         read_clip(f"{SAMPLES / 'groove.bvh'}#2", ReadOptions(person="3"))

@@ -28,6 +28,25 @@ def test_a_motion_whose_bodies_fit_no_order_is_refused(tmp_path, motion):
         read_clip(tmp_path / "m.npz")
 
 
+@pytest.mark.parametrize("order", ["MuJoCo depth-first", "Isaac breadth-first"])
+def test_a_motion_that_begins_with_the_world_is_read_without_it(tmp_path, motion, order):
+    """As mjlab writes all of MuJoCo's bodies."""
+    robot = load_robot("g1")
+    names = robot.joint_names if "depth" in order else breadth_first(robot)
+    data = bodies(motion, names, [0, *(1 + robot.joint(j) for j in names)])
+    still = {"body_pos_w": (0.0, 0.0, 0.0), "body_quat_w": (1.0, 0.0, 0.0, 0.0)}
+    with_world = {k: np.concatenate((np.tile(v, (len(data[k]), 1, 1)), data[k]), axis=1) for k, v in still.items()}
+    np.savez(tmp_path / "m.npz", **(data | with_world))
+    clip = read_clip(tmp_path / "m.npz")
+    told = {f.what: f.value for f in clip.source.findings}
+    assert told["body 0"] == "the world, left out" and told["joint order"] == order
+    same(clip, motion, 1e-5)
+    with_world["body_pos_w"][3, 0, 2] = 0.1  # what moves is no world
+    np.savez(tmp_path / "m.npz", **(data | with_world))
+    with pytest.raises(ClipError):
+        read_clip(tmp_path / "m.npz")
+
+
 def test_breadth_first_order_is_isaacs():
     names = [n.removesuffix("_joint") for n in breadth_first(load_robot("g1"))]
     assert names[:6] == [

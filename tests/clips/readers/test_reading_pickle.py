@@ -1,12 +1,13 @@
 """Pickles of three projects, read without running what they ask for."""
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
 from round_trip import gmr, same
 
-from clips import ClipError, read_clip
+from clips import ClipError, ReadOptions, clip_stem, read_clip
 from robot_models import load_robot
 from robot_models.maths import rotation as rot
 
@@ -29,6 +30,26 @@ def test_phc_pickle_through_joblib(tmp_path, motion, compress):
     assert len(clip.joint_names) == 23
     assert any("wrist" in f.value and "default pose" in f.what for f in clip.source.findings)
     same(clip, motion)
+
+
+def test_one_of_several_clips_is_asked_for_by_name_or_number(tmp_path, motion):
+    """As archives of a whole collection are kept; every layout may stand in one."""
+    other = motion.copy()
+    other[:, 0] += 0.5
+    path = tmp_path / "all.pkl"
+    path.write_bytes(pickle.dumps({"a/walk": gmr(motion), "b dance": gmr(other)}))
+    same(read_clip(Path(f"{path}#a/walk")), motion)
+    for asked in ("2", "b dance"):
+        same(read_clip(Path(f"{path}#{asked}")), other)
+        same(read_clip(path, ReadOptions(person=asked)), other)
+    with pytest.raises(ClipError, match=r"2 clips \(a/walk, b dance\).*FILE#1") as refusal:
+        read_clip(path)
+    assert (refusal.value.option, refusal.value.suggestion) == ("person", "1")
+    with pytest.raises(ClipError, match="no clip '3' among 2"):
+        read_clip(Path(f"{path}#3"))
+    with pytest.raises(ClipError, match="one of the two"):
+        read_clip(Path(f"{path}#2"), ReadOptions(person="1"))
+    assert clip_stem(Path(f"{path}#a/walk")) == "all_a_walk" and clip_stem(path) == "all"
 
 
 def test_mimickit_pickle(tmp_path, motion):
