@@ -23,6 +23,7 @@ class Arguments:
         dance-play groove-g1
         dance-play runs/groove
         dance-play runs/groove --film groove.mp4 --no-ghost
+        dance-play groove-g1 --film groove.mp4 --audio song.mp3
         dance-play groove.npz
         dance-play tracker-g1 --ref dance_g1.npz
     """
@@ -35,6 +36,10 @@ class Arguments:
     """What a tracker shall follow: any reference of its robot."""
     film: Path | None = None
     """Write a film (.mp4) and open no window; for machines without a display."""
+    audio: Path | None = None
+    """A song to be heard in the film."""
+    audio_at: float | None = None
+    """Second of the film at which the song begins; default: where the dance does. Below 0: so many of the song are skipped."""
     robot: str | None = None
     """Path of the robot's profile, where it is not a built-in one."""
     seed: int = 1
@@ -58,6 +63,12 @@ def run(args: Arguments) -> int:
     """Open what is named and show it."""
     from cli.recordings import show_live
 
+    if args.audio is not None and args.film is None:
+        raise OutputError(
+            "--audio", found="no film", expected="a film to be heard in", option="film", suggestion="out.mp4"
+        )
+    if args.audio is not None and not args.audio.is_file():
+        raise OutputError(f"--audio {args.audio}", found="no such file", expected="a song")
     if args.film is not None and args.film.suffix != ".mp4":
         raise OutputError(f"--film {args.film}", found="that name", expected="a file that ends in .mp4")
     from tracking.evaluation import stream_policy, stream_reference
@@ -88,5 +99,6 @@ def _film(show: PoseStream, args: Arguments) -> int:
     with progress("frames") as follow:
         return write_film(
             args.film or Path(), show.robot, poses, show.fps, (args.width, args.height),
-            title=f"{args.what.stem} on {show.robot.name}", frames=show.frames, progress=follow,
+            title=f"{args.what.stem} on {show.robot.name}", song=args.audio,
+            song_at_s=show.begins_s if args.audio_at is None else args.audio_at, frames=show.frames, progress=follow,
         )  # fmt: skip

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy import ndarray
 
 from clips import OutputError, aside
-from robot_models import RobotModel, draw_off_screen, import_or_refuse
+from retarget.recordings.sound import add_sound, encoder
+from robot_models import RobotModel, draw_off_screen
 from robot_models.maths import Progress, silent
 
 _FPS = 25.0  # as films are shown; twice as many take twice as long to draw
@@ -27,6 +27,8 @@ def write_film(
     size: tuple[int, int],
     *,
     title: str = "",
+    song: Path | None = None,
+    song_at_s: float = 0.0,
     frames: int = 0,
     progress: Progress = silent,
 ) -> int:
@@ -39,6 +41,8 @@ def write_film(
         fps: of the poses.
         size: width and height in pixels, even numbers.
         title: stands in a corner, with the seconds.
+        song: to be heard under it.
+        song_at_s: as for `add_sound`.
         frames: how many poses there can be, for those who are told of the progress.
         progress: told after every pose.
 
@@ -47,7 +51,7 @@ def write_film(
     """
     if min(size) < 16 or any(s % 2 for s in size):
         raise OutputError("film", found=f"a size of {size[0]}x{size[1]}", expected="even numbers of pixels, from 16 on")
-    imageio = _encoder()
+    imageio = encoder()
     stage, every, done = Stage(robot, size, shadows=False), max(1, round(fps / _FPS)), 0
     with aside(path) as beside:
         film = imageio.write_frames(str(beside), size, fps=fps / every, codec="libx264", quality=7, macro_block_size=2)
@@ -59,6 +63,8 @@ def write_film(
             progress("film", done, frames)
         film.close()
         stage.close()
+        if song is not None:
+            add_sound(beside, song, song_at_s)
     return done
 
 
@@ -71,12 +77,6 @@ def _titled(picture: ndarray, text: str) -> ndarray:
     font = ImageFont.load_default(size)
     ImageDraw.Draw(image).text(place, text, fill=(255, 255, 255), font=font, stroke_width=1, stroke_fill=(0, 0, 0))
     return np.asarray(image)
-
-
-def _encoder() -> Any:
-    cure = "pip install imageio-ffmpeg"
-    refusal = OutputError("film", found="no package imageio_ffmpeg", expected="it installed", cure=cure)
-    return import_or_refuse("imageio_ffmpeg", refusal)
 
 
 Bone = tuple[ndarray, ndarray, float, ndarray]

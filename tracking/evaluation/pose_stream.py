@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import load_reference
+from clips import Reference, load_reference
 from robot_models import RobotModel, load_robot
 from tracking.config import StartNoise, TaskConfig
 from tracking.evaluation.rollouts import evaluation_task, play, start
@@ -29,6 +29,7 @@ class PoseStream:
     robot: RobotModel
     fps: float
     frames: int
+    begins_s: float  # of the dance, after the lead-in [s]
     poses: Iterator[Pose]
 
 
@@ -37,7 +38,7 @@ def stream_reference(path: Path, robot: str | None = None) -> PoseStream:
     model = load_robot(robot or load_reference(path).robot)
     reference = load_reference(path, model)
     poses: Iterator[Pose] = ((q, None) for q in reference.qpos)
-    return PoseStream(robot=model, fps=reference.fps, frames=reference.frames, poses=poses)
+    return _stream(model, reference, poses)
 
 
 def stream_policy(path: Path, robot: str | None = None, seed: int = 1, reference: Path | None = None) -> PoseStream:
@@ -63,4 +64,9 @@ def stream_policy(path: Path, robot: str | None = None, seed: int = 1, reference
                 if any(causes[fall][0] for fall in FALLS):
                     break
 
-    return PoseStream(robot=bundle.robot, fps=bundle.reference.fps, frames=bundle.reference.frames, poses=poses())
+    return _stream(bundle.robot, bundle.reference, poses())
+
+
+def _stream(robot: RobotModel, reference: Reference, poses: Iterator[Pose]) -> PoseStream:
+    begins_s = reference.dance.start / reference.fps
+    return PoseStream(robot=robot, fps=reference.fps, frames=reference.frames, begins_s=begins_s, poses=poses)

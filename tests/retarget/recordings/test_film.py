@@ -44,7 +44,7 @@ def studio(monkeypatch):
                 kept.closed.append("film")
 
     monkeypatch.setattr(retarget.recordings.film, "Stage", Double)
-    monkeypatch.setattr(retarget.recordings.film, "_encoder", lambda: SimpleNamespace(write_frames=write_frames))
+    monkeypatch.setattr(retarget.recordings.film, "encoder", lambda: SimpleNamespace(write_frames=write_frames))
     return kept
 
 

@@ -1,0 +1,52 @@
+"""A song under a film."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Any
+
+from clips import OutputError
+from robot_models import import_or_refuse
+
+
+def encoder() -> Any:
+    """The package that brings ffmpeg.
+
+    Raises:
+        OutputError: it is not installed.
+    """
+    cure = "pip install imageio-ffmpeg"
+    refusal = OutputError("film", found="no package imageio_ffmpeg", expected="it installed", cure=cure)
+    return import_or_refuse("imageio_ffmpeg", refusal)
+
+
+def add_sound(film: Path, song: Path, at_s: float) -> None:
+    """Put a song under a film, which stays as long as it is.
+
+    Args:
+        film: pictures, which are copied as they are.
+        song: of any format that ffmpeg reads.
+        at_s: second of the film at which the song begins; below 0, so many seconds of the song are skipped.
+
+    Raises:
+        OutputError: no encoder, or a song that it cannot read.
+    """
+    skipped = ["-ss", f"{-at_s:.3f}"] if at_s < 0.0 else []
+    later = f"adelay={1e3 * at_s:.0f}:all=1," if at_s > 0.0 else ""
+    with_sound = film.with_name(f"{film.stem}-sound{film.suffix}")
+    words = [
+        encoder().get_ffmpeg_exe(), "-v", "error", "-y", "-i", str(film), *skipped, "-i", str(song),
+        "-map", "0:v:0", "-map", "1:a:0", "-c:v", "copy", "-c:a", "aac", "-b:a", "192k", "-af", f"{later}apad", "-shortest",
+        str(with_sound),
+    ]  # fmt: skip
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
+        if done.returncode:
+            said = (done.stderr.strip().splitlines() or ["no word"])[-1]
+            raise OutputError(
+                str(song), found=f"no song that can be read ({said})", expected="a WAV, MP3, M4A, FLAC or OGG"
+            )
+        with_sound.replace(film)
+    finally:
+        with_sound.unlink(missing_ok=True)
