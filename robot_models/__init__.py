@@ -39,6 +39,7 @@ from robot_models.rigid_body import (
     sole_corners,
     tangents,
 )
+from robot_models.surface import Piece, model_to_look_at, surface
 from robot_models.version import __version__
 from robot_models.visual import Part, draw_off_screen, has_display, visual_parts
 
@@ -56,6 +57,7 @@ __all__ = [
     "Kinematics",
     "Momentum",
     "Part",
+    "Piece",
     "Reflection",
     "RobotError",
     "RobotModel",
@@ -84,6 +86,7 @@ __all__ = [
     "load_robot",
     "lowest_point",
     "lowest_points",
+    "model_to_look_at",
     "momentum",
     "moved",
     "other_side",
@@ -97,6 +100,7 @@ __all__ = [
     "self_collisions",
     "skew",
     "sole_corners",
+    "surface",
     "surface_points",
     "tangents",
     "urdf_text",

@@ -34,7 +34,7 @@ def build_robot(profile: RobotProfile) -> RobotModel:
         )
         for key in ("kp", "kd", "armature", "damping")
     }
-    _dress(spec, profile)
+    dress(spec, profile)
     _actuate(spec, joint_names, tables["kp"], tables["kd"], profile.imu)
     for name, armature, damping in zip(joint_names, tables["armature"], tables["damping"], strict=True):
         spec.joint(name).armature = armature
@@ -50,7 +50,7 @@ def build_robot(profile: RobotProfile) -> RobotModel:
     return _finish(profile, model, joint_names, tables, limits)
 
 
-def _dress(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
+def dress(spec: mujoco.MjSpec, profile: RobotProfile) -> None:
     """Give the tree its capsules, contact points and floor, and tell what may touch what."""
     import mujoco
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
 
 from clips import OutputError, aside
 from retarget.recordings.sound import add_sound, encoder
-from robot_models import RobotModel, draw_off_screen
+from robot_models import RobotError, RobotModel, draw_off_screen, model_to_look_at, surface, visual_parts
 from robot_models.maths import Progress, silent
 
 _FPS = 25.0  # as films are shown; twice as many take twice as long to draw
@@ -68,6 +69,16 @@ def write_film(
     return done
 
 
+def _as_it_looks(robot: RobotModel) -> Any:
+    """The robot's model with its meshes where there are any, and something to thin them out; else with primitives."""
+    try:
+        pieces = [piece for piece in surface(robot) if len(piece.faces)]
+    except RobotError:
+        return robot.model
+    meshed = any(part.kind == "mesh" for part in visual_parts(robot))
+    return model_to_look_at(robot, pieces) if meshed else robot.model
+
+
 def _titled(picture: ndarray, text: str) -> ndarray:
     """The picture with a line of text in its lower left corner."""
     from PIL import Image, ImageDraw, ImageFont  # comes with Rerun
@@ -93,17 +104,17 @@ class Stage:
         draw_off_screen()
         import mujoco
 
-        self._mj, self._model = mujoco, robot.model
-        self._data, self._ghost = mujoco.MjData(robot.model), mujoco.MjData(robot.model)
-        robot.model.vis.global_.offwidth, robot.model.vis.global_.offheight = size
+        self._mj, self._model = mujoco, _as_it_looks(robot)
+        self._data, self._ghost = mujoco.MjData(self._model), mujoco.MjData(self._model)
+        self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         try:
-            self._renderer = mujoco.Renderer(robot.model, size[1], size[0])
+            self._renderer = mujoco.Renderer(self._model, size[1], size[0])
         except Exception as e:  # every GL backend raises its own types
             raise OutputError(
                 "film", found=f"no OpenGL to draw with ({type(e).__name__}: {e})", expected="EGL, OSMesa or a display",
                 cure="set MUJOCO_GL to egl or osmesa, or watch the Rerun recording",
             ) from e  # fmt: skip
-        self._blobs = [] if shadows else [(robot.model.body(s.body).id, -s.z) for s in robot.soles.values()]
+        self._blobs = [] if shadows else [(self._model.body(s.body).id, -s.z) for s in robot.soles.values()]
         self._renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         self._camera, self._look = mujoco.MjvCamera(), np.full(3, np.nan)
         self._camera.distance, self._camera.azimuth, self._camera.elevation = 2.7, 150.0, -8.0

@@ -9,8 +9,7 @@ import numpy as np
 from numpy import ndarray
 
 from retarget.stage.show import OF_CONTACT, Arrows, Figure, Person, Show
-from retarget.stage.surface import surface
-from robot_models import FEET
+from robot_models import FEET, surface
 from robot_models.maths import smooth
 
 SIDE_M = 1.1  # figures stand this far from each other

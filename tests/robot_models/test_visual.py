@@ -95,3 +95,60 @@ def test_roll_pitch_and_yaw_are_about_the_parents_axes_in_this_order(urdf):
         assert np.linalg.norm(part.vertices - corner, axis=1).min() < 1e-6
     other = rot.multiply(roll, rot.multiply(pitch, yaw))
     assert np.linalg.norm(part.vertices - rot.rotate(other, corners[7]), axis=1).min() > 1e-3  # negative control
+
+
+def test_a_model_to_look_at_has_the_same_bodies_in_the_same_places_and_weighs_the_same(dancer, rng):
+    """Its surface is drawn over the robot's own; nothing of it touches, and primitives below it are hidden."""
+    import mujoco
+
+    from robot_models import model_to_look_at, surface
+
+    pieces = [piece for piece in surface(dancer) if piece.body != "left_elbow_link"]
+    model = model_to_look_at(dancer, pieces)
+    assert model.nmesh == len(pieces) and model.nq == dancer.nq
+    assert model.body_mass.sum() == pytest.approx(dancer.model.body_mass.sum())
+    qpos = np.array(dancer.default_qpos)
+    qpos[7:] = rng.uniform(dancer.lower, dancer.upper)
+    ours, theirs = mujoco.MjData(dancer.model), mujoco.MjData(model)
+    ours.qpos[:], theirs.qpos[:] = qpos, qpos
+    mujoco.mj_kinematics(dancer.model, ours), mujoco.mj_kinematics(model, theirs)
+    for name in dancer.body_names:
+        np.testing.assert_allclose(ours.body(name).xpos, theirs.body(name).xpos, atol=1e-9)
+    for g in range(model.ngeom):
+        body = model.body(int(model.geom_bodyid[g])).name
+        if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_MESH:
+            assert not model.geom_contype[g] and not model.geom_conaffinity[g] and model.geom_group[g] == 0
+        elif body != "world":
+            assert (model.geom_group[g] < 3) == (body == "left_elbow_link")
+    # A vertex stands where the piece has it.
+    k = next(i for i, piece in enumerate(pieces) if piece.body == dancer.body_names[0])
+    geom = next(g for g in range(model.ngeom) if model.geom_dataid[g] == k)
+    first = model.mesh_vertadr[k]
+    mesh = np.array(model.mesh_vert[first : first + model.mesh_vertnum[k]], dtype=float)
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+    placed = mesh @ turn.reshape(3, 3).T + model.geom_pos[geom]
+    np.testing.assert_allclose(placed.min(axis=0), pieces[k].vertices.min(axis=0), atol=1e-5)
+    np.testing.assert_allclose(placed.max(axis=0), pieces[k].vertices.max(axis=0), atol=1e-5)
+
+
+def test_the_meshes_of_an_mjcf_are_drawn_where_its_bodies_are(tmp_path):
+    """Of a body with meshes that touch nothing these alone; welded bodies go with who carries them."""
+    import trimesh
+
+    from robot_models.visual import mjcf_mesh_parts
+
+    trimesh.creation.box((0.2, 0.1, 0.4)).export(tmp_path / "box.stl")
+    hinge = '<joint axis="0 1 0" range="-90 90"/>'
+    (tmp_path / "r.xml").write_text(
+        '<mujoco><asset><mesh name="box" file="box.stl"/></asset><worldbody><body name="trunk"><freejoint/>'
+        '<geom type="mesh" mesh="box" contype="0" conaffinity="0" rgba="1 0 0 1"/><geom type="mesh" mesh="box"/>'
+        f'<body name="arm" pos="0 .3 0">{hinge}<geom size=".1"/><body name="hand" pos="0 0 -.3" quat="0 1 0 0">'
+        '<geom type="mesh" mesh="box" pos=".1 0 0"/></body></body></body></worldbody></mujoco>'
+    )
+    trunk, hand = mjcf_mesh_parts(("trunk", "arm"), tmp_path / "r.xml")
+    assert (trunk.body, trunk.rgba) == ("trunk", (1.0, 0.0, 0.0, 1.0)) and hand.body == "arm"
+    np.testing.assert_allclose(trunk.vertices.max(axis=0), (0.1, 0.05, 0.2), atol=1e-6)
+    np.testing.assert_allclose(hand.vertices.mean(axis=0), (0.1, 0.0, -0.3), atol=1e-6)
+    (tmp_path / "box.stl").unlink()
+    assert mjcf_mesh_parts(("trunk", "arm"), tmp_path / "r.xml") == []

@@ -11,8 +11,7 @@ pytest.importorskip("viser")
 from clips import OutputError
 from retarget.stage import Page, close_server, open_server, save_page, show_retargeting, show_side_by_side
 from retarget.stage.scene import SIDE_M, Scene
-from retarget.stage.surface import surface
-from robot_models import load_robot, lowest_point, visual_parts
+from robot_models import load_robot, lowest_point, surface, visual_parts
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
 

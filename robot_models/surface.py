@@ -1,17 +1,26 @@
-"""A robot's surface as few triangles: one mesh for each body and colour."""
+"""A robot's surface as few triangles: one mesh for each body and colour, alone or as a model to look at."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from clips import OutputError
-from robot_models import Part, RobotModel, import_or_refuse, visual_parts
+from robot_models.build import dress
+from robot_models.errors import RobotError, import_or_refuse
 from robot_models.maths import rotation as rot
+from robot_models.model import RobotModel
+from robot_models.model_file import read_spec
+from robot_models.visual import Part, visual_parts
 
+if TYPE_CHECKING:
+    import mujoco
+
+_HIDDEN = 4  # group of geoms that MuJoCo does not draw
 _FACES = 900  # of one mesh, at most: a robot of 35 in 30,000, which any laptop turns
 
 
@@ -26,11 +35,39 @@ class Piece:
 
 
 def surface(robot: RobotModel) -> list[Piece]:
-    """Its meshes, thinned out, where they are installed; else its primitives."""
+    """Its meshes, thinned out, where they are installed; else its primitives.
+
+    Raises:
+        RobotError: meshes, and nothing installed that thins them out.
+    """
     groups: dict[tuple[str, tuple[float, float, float, float]], list[tuple[ndarray, ndarray]]] = {}
     for part in visual_parts(robot):
         groups.setdefault((part.body, part.rgba), []).append(_triangles(part))
     return [_joined(body, rgba, meshes) for (body, rgba), meshes in groups.items()]
+
+
+def model_to_look_at(robot: RobotModel, pieces: Sequence[Piece]) -> mujoco.MjModel:
+    """A model of the same qpos and bodies with a surface of meshes; primitives stay where a body has none.
+
+    Args:
+        robot: the robot.
+        pieces: of its surface.
+    """
+    import mujoco
+
+    spec = read_spec(robot.profile)
+    dressed = {piece.body for piece in pieces}
+    dress(spec, robot.profile)
+    for geom in spec.geoms:
+        if geom.parent.name in dressed:
+            geom.group = _HIDDEN
+    for k, piece in enumerate(pieces):
+        mesh = spec.add_mesh(name=f"surface_{k}", uservert=piece.vertices.ravel(), userface=piece.faces.ravel())
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # a thin one has no volume
+        spec.body(piece.body).add_geom(
+            type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh.name, mass=0, contype=0, conaffinity=0, rgba=piece.rgba, group=0
+        )  # fmt: skip
+    return spec.compile()
 
 
 def _joined(body: str, rgba: tuple[float, float, float, float], meshes: list[tuple[ndarray, ndarray]]) -> Piece:
@@ -66,7 +103,7 @@ def _thinned(vertices: ndarray, faces: ndarray) -> tuple[ndarray, ndarray]:
     import trimesh
 
     cure = "pip install 'dance-retarget[view]'"
-    missing = OutputError("page", found="no package fast_simplification", expected="it installed", cure=cure)
+    missing = RobotError("meshes", found="no package fast_simplification", expected="it installed", cure=cure)
     import_or_refuse("fast_simplification", missing)
     mesh = trimesh.Trimesh(vertices, faces).simplify_quadric_decimation(face_count=_FACES)
     return np.asarray(mesh.vertices), np.asarray(mesh.faces)
