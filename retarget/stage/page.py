@@ -156,7 +156,7 @@ class Page:
     def _build(self, gui: Any) -> None:
         show = self._show
         gui.add_markdown(f"**{show.title}**\n\n{show.verdict}")
-        self._button = gui.add_button("pause", hint="space")
+        self._button = gui.add_button("pause" if self._playing else "play", hint="space")
         self._button.on_click(lambda _: self._pause(self._playing))
         end = round((show.frames - 1) / show.fps, 3)
         self._time = gui.add_slider("seconds", 0.0, max(end, 0.001), round(1.0 / show.fps, 4), 0.0)
