@@ -35,11 +35,10 @@ def run(args: Arguments) -> int:
 
 def _add(args: Add) -> int:
     name = args.name or re.sub(r"\W+", "_", args.model.stem).lower()
-    if args.keep and (args.out is not None or name in robot_names()):
-        raise OutputError(
-            "--keep", found=f"--out {args.out}" if args.out is not None else f"a built-in robot of the name {name}",
-            expected="a name of its own, in the folder of your robots", cure="one of both, or another --name",
-        )  # fmt: skip
+    if args.keep and args.out is not None:
+        raise OutputError("--keep", found=f"--out {args.out} beside it", expected="one of the two")
+    if args.keep and name in robot_names():
+        raise OutputError(f"--name {name}", found="a built-in robot of that name", expected="another --name")
     out = kept_in() / f"{name}.toml" if args.keep else args.out or Path(f"{args.model.stem}.toml")
     if args.keep:
         make_folder(out)
@@ -48,14 +47,14 @@ def _add(args: Add) -> int:
     if out.exists() and not args.overwrite:
         raise OutputError(
             str(out), found="a profile that is there already", expected="a new file",
-            cure="name another with --out, or say --overwrite",
+            cure=f"name another with {'--name' if args.keep else '--out'}, or say --overwrite",
         )  # fmt: skip
     draft = draft_profile(args.model, name, out)
     _write(out, draft.text)
     draft = without_overlaps(draft, out)
     _write(out, draft.text)
     guesses = (f"drafted {out}; look at each of its guesses:", *(f"  {guess}" for guess in draft.guesses))
-    return _check(name if args.keep else str(out), Path() if args.keep else out.parent, args.tell, guesses)
+    return _check(name if args.keep else str(out), out.parent, args.tell, guesses)
 
 
 def _write(path: Path, text: str) -> None:

@@ -39,4 +39,4 @@ def _own(name: str, path: Path) -> tuple[str, str, str, str]:
     try:
         return name, load_robot(name).profile.title, "yes", str(path)
     except DanceError as e:
-        return name, str(e), "no", str(path)
+        return name, "cannot be used", "no", str(e)

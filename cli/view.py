@@ -73,7 +73,8 @@ def run(args: Arguments) -> int:
         save_page(args.web, show, follow)
     megabytes = args.web.stat().st_size / 1e6
     verdict = Verdict(
-        passed=True,
+        passed=show.passed,
+        code=DONE,  # the page is there
         line=f"{show.title}: {show.verdict}; one page of {megabytes:.1f} MB that needs no network",
         written=(args.web,),
     )

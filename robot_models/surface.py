@@ -15,11 +15,13 @@ from robot_models.errors import RobotError, import_or_refuse
 from robot_models.maths import rotation as rot
 from robot_models.model import RobotModel
 from robot_models.model_file import read_spec
+from robot_models.rigid_body import forward_kinematics
 from robot_models.visual import Part, visual_parts
 
 if TYPE_CHECKING:
     import mujoco
 
+_BONE, _BONE_M = (0.6, 0.62, 0.66, 1.0), 0.02  # colour and radius of a rod [m]
 _HIDDEN = 4  # group of geoms that MuJoCo does not draw
 _FACES = 900  # of one mesh, at most: a robot of 35 in 30,000, which any laptop turns
 
@@ -43,7 +45,29 @@ def surface(robot: RobotModel) -> list[Piece]:
     groups: dict[tuple[str, tuple[float, float, float, float]], list[tuple[ndarray, ndarray]]] = {}
     for part in visual_parts(robot):
         groups.setdefault((part.body, part.rgba), []).append(_triangles(part))
+    dressed = {body for body, _ in groups}
+    for body, rods in _bones(robot).items():
+        if body not in dressed:
+            groups[body, _BONE] = rods
     return [_joined(body, rgba, meshes) for (body, rgba), meshes in groups.items()]
+
+
+def _bones(robot: RobotModel) -> dict[str, list[tuple[ndarray, ndarray]]]:
+    """Rods from every body to those that it carries, for robots that have no surface."""
+    import trimesh
+
+    pos, quat = (a[0] for a in forward_kinematics(robot, robot.zero_qpos[None]))
+    found: dict[str, list[tuple[ndarray, ndarray]]] = {}
+    for k in range(1, len(robot.body_names)):
+        above = int(robot.model.body_parentid[robot.body_ids[k]])
+        while robot.place_of_body[above] < 0:
+            above = int(robot.model.body_parentid[above])
+        parent = int(robot.place_of_body[above])
+        to = rot.rotate(rot.conjugate(quat[parent]), pos[k] - pos[parent])
+        if np.linalg.norm(to) > _BONE_M:
+            rod = trimesh.creation.cylinder(_BONE_M, segment=[np.zeros(3), to], sections=12)
+            found.setdefault(robot.body_names[parent], []).append((np.asarray(rod.vertices), np.asarray(rod.faces)))
+    return found
 
 
 def model_to_look_at(robot: RobotModel, pieces: Sequence[Piece]) -> mujoco.MjModel:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from cli.shell import ClipPath, FileOptions, Out, TellOptions, from_file, from_words
-from clips import ClipError, OutputError
+from clips import ClipError, OutputError, file_and_name
 from retarget import RetargetConfig, RetargetError
 from robot_models import DEFAULT_ROBOT
 
@@ -103,7 +103,7 @@ def check_one(args: Arguments) -> None:
     Raises:
         DanceError: options that contradict each other.
     """
-    if not args.clip.exists() and "#" not in args.clip.name:
+    if not file_and_name(args.clip)[0].exists():
         raise ClipError(str(args.clip), found="no such file or folder", expected="a motion file, or a folder of them")
     if args.out is not None and (args.out.suffix != ".npz" or args.out.resolve() == args.clip.resolve()):
         raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")

@@ -9,7 +9,7 @@ from pathlib import Path
 from cli.retargeting.arguments import Arguments
 from cli.retargeting.batch_verdict import batch_verdict, outcome_lines, outcome_table
 from cli.shell import again, interrupted_by_signals, progress, tell
-from clips import ClipError, OutputError, write_whole
+from clips import ClipError, OutputError, file_and_name, write_whole
 from retarget import RetargetError
 from retarget.workflows import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
 from robot_models.maths import available_threads
@@ -24,7 +24,7 @@ def is_batch(args: Arguments) -> bool:
 def retarget_all(args: Arguments) -> int:
     """Run the batch and print its table."""
     _check(args)
-    absent = [clip for clip in args.clips if not clip.exists() and not glob.has_magic(str(clip))]
+    absent = [c for c in args.clips if not file_and_name(c)[0].exists() and not glob.has_magic(str(c))]
     if absent:
         cure = "a name with spaces wants quotes" if len(args.clips) > 1 else ""
         raise ClipError(" ".join(map(str, absent)), found="no such file", expected="files and folders", cure=cure)

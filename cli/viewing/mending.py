@@ -128,6 +128,11 @@ class Mending:
         """
         now = self.edits
         new = replace(now, **changes)
+        if new.drop and (new.touches or new.keys):
+            raise RetargetError(
+                "touches and joints", found="seconds that are dropped beside them", expected="a dance in one piece",
+                cure="keep one stretch of seconds, and drop none",
+            )  # fmt: skip
         cut = replace(new, touches=now.touches, keys=now.keys)
         if (now.touches or now.keys) and cut != now:
             raise RetargetError(

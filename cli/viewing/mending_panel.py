@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable
 from html import escape
 from typing import Any
@@ -27,6 +28,7 @@ class MendingPanel:
     def __init__(self, mending: Mending) -> None:
         self._mending, self._length_s = mending, round(mending.length_s, 2)
         self._said = ""
+        self._busy = threading.Lock()  # clicks come from other threads
         self.page: Page | None = None
         self.ahead = None  # nothing comes into being while it plays
 
@@ -58,7 +60,7 @@ class MendingPanel:
             write = gui.add_button("write reference, recording and CSVs here")
             write.on_click(lambda _: self._write())
             self._news = gui.add_html(inset(self._said))
-            gui.add_html(inset(f"the same by hand:<br><code>{escape(self._mending.command)}</code>"))
+            gui.add_html(inset(f"what is shown, by hand:<br><code>{escape(self._mending.command)}</code>"))
 
     def _touches(self, gui: Any, edits: Edits) -> None:
         with gui.add_folder("state a touch", expand_by_default=bool(edits.touches)):
@@ -66,7 +68,8 @@ class MendingPanel:
             kind = gui.add_dropdown("does", _KINDS)
             span = gui.add_vector2("from, to [s shown]", (0.0, 1.0), step=0.01)
             here = gui.add_button("from the second that is shown")
-            here.on_click(lambda _: setattr(span, "value", (self._shown(), max(span.value[1], self._shown() + 0.1))))
+            here.on_click(lambda _: setattr(span, "value", (self._shown(), max(span.value[1], self._shown() + 0.5))))
+            gui.add_html(inset(f"the dance begins at {self._lead_s():.2f} s shown"))
             add = gui.add_button("state it")
 
             def state(_: Any) -> None:
@@ -131,20 +134,25 @@ class MendingPanel:
         self._guarded(work)
 
     def _undo(self) -> None:
-        self._guarded(lambda: "taken back" if self._mending.undo() else "nothing to take back")
+        self._guarded(
+            lambda: "the last step is taken back" if self._mending.undo() else "there is no step to take back"
+        )
 
     def _write(self) -> None:
         self._guarded(lambda: "wrote " + ", ".join(map(str, self._mending.write())))
 
     def _guarded(self, work: Callable[[], str]) -> None:
-        """Do it, and show what came of it; a refusal is told and changes nothing."""
+        """Do it, and show what came of it; a refusal is told and changes nothing. One thing at a time."""
+        if not self._busy.acquire(blocking=False):
+            return
         try:
             self._said = escape(work())
+            if self.page is not None:
+                self.page.change(self.show)
         except DanceError as e:
             self._news.content = inset(f'<span style="color:rgb(230,55,45)">refused: {escape(str(e))}</span>')
-            return
-        if self.page is not None:
-            self.page.change(self.show)
+        finally:
+            self._busy.release()
 
     def _tell_progress(self, stage: str, done: int, total: int, note: str = "") -> None:
         self._news.content = inset(f"{escape(stage)}: {done} of {total} {escape(note)}")

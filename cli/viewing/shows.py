@@ -13,9 +13,10 @@ from cli.shell import FileOptions, make_console, progress
 from cli.viewing.live_panel import LivePanel
 from cli.viewing.mending import Mending
 from cli.viewing.mending_panel import MendingPanel, show_of_result
-from clips import HumanClip, Reference, file_and_name, is_reference, load_reference, read_clip
+from clips import ClipError, HumanClip, Reference, file_and_name, is_reference, load_reference, read_clip
 from retarget import Retargeted, dynamics_of
 from retarget.stage import Figure, Show, show_reference, show_side_by_side
+from retarget.workflows import SUFFIXES
 from robot_models import DEFAULT_ROBOT, RobotModel, forward_kinematics, load_robot
 
 _POLICIES = (".onnx", ".pt", ".yaml")
@@ -34,6 +35,11 @@ def show_of(files: Sequence[Path], robot: str | None, options: FileOptions, foll
         DanceError: a file that is none of these.
     """
     if len(files) > 1:
+        for file in files:
+            if not _is_motion(file):
+                raise ClipError(
+                    str(file), found="a policy among motions", expected="motions", cure="show a policy alone"
+                )
         names = [file.name for file in files]
         told = {str(f) if names.count(f.name) > 1 else f.name: f for f in files}
         return show_side_by_side({name: _motion(file, robot, options) for name, file in told.items()})
@@ -83,8 +89,15 @@ def mending_of(files: Sequence[Path], robot: str | None, options: FileOptions) -
 
 
 def _is_motion(file: Path) -> bool:
-    """A file, or one of its clips; else it is a policy."""
-    return file_and_name(file)[0].is_file() and file.suffix not in _POLICIES
+    """A file, or one of its clips; else it is a policy.
+
+    Raises:
+        ClipError: the name of a motion that is not there.
+    """
+    path = file_and_name(file)[0]
+    if path.suffix.lower() in SUFFIXES and not path.exists():
+        raise ClipError(str(file), found="no such file", expected="a reference, a recording, or a policy")
+    return path.is_file() and path.suffix not in _POLICIES
 
 
 def _motion(file: Path, robot: str | None, options: FileOptions) -> tuple[RobotModel, Reference]:
@@ -120,6 +133,7 @@ def _danced(policy: Path, robot: str | None, options: FileOptions, follow: Path 
     danced, fell = len(poses) / stream.fps, len(poses) < stream.frames
     return Show(
         title=f"{policy.name} on {stream.robot.name}, in the simulator",
+        passed=not fell,
         verdict=f"{danced:.1f} of {stream.frames / stream.fps:.1f} s{', then it fell' if fell else ''}",
         fps=stream.fps,
         figures=(

@@ -40,7 +40,8 @@ def one_of_several(names: Sequence[str], raw: RawFile, options: ReadOptions) -> 
     raise ClipError(
         raw.name,
         found=f"{len(names)} clips ({listed})" if asked is None else f"no clip '{asked}' among {len(names)} ({listed})",
-        expected="one clip", cure="say which, by name or by number, as FILE#1", option="person", suggestion="1",
+        expected="one clip", cure="say which, by name or by number, as FILE#1",
+        **({"option": "person", "suggestion": "1"} if asked is None else {}),
     )  # fmt: skip
 
 
@@ -53,5 +54,5 @@ def refuse_another(raw: RawFile, options: ReadOptions) -> None:
     if options.person not in (None, "1"):
         raise ClipError(
             raw.name, found=f"person '{options.person}' asked for", expected="1: this file holds one person, or one clip",
-            option="person", suggestion="1",
+            cure="ask for none",
         )  # fmt: skip

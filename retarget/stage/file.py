@@ -55,7 +55,7 @@ def _page(show: Show, player: str) -> str:
 iframe{{width:100%;height:62vh;border:0;border-radius:8px;background:#eee}}h1{{font-size:1.3em;margin:.2em 0}}</style></head>
 <body><h1>{escape(show.title)}</h1><p>{escape(show.verdict)}</p>
 <iframe id="player" title="the dance"></iframe>
-<p>Drag to turn, scroll to come nearer. {legend()}</p>
+<p>Drag to turn, scroll to come nearer. {legend() if show.lanes else ""}</p>
 {lanes_svg(show, _WIDE) if show.lanes else ""}
 {f"<ul>{moments}</ul>" if moments else ""}
 {report_table(show)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
+import socket
 import threading
 import time
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from retarget.stage.show import Show
 from robot_models import import_or_refuse
 
 _WIDE = 420  # of the panel [px]
+_PANEL_M = 0.45  # by which all stand further left, for the panel is at the right
 _TOLD_S = 0.1  # between two moves of the time line
 _MOST_MOMENTS = 8
 _SPEEDS = ("0.1", "0.25", "0.5", "1", "2")
@@ -32,9 +34,17 @@ def open_server(host: str, port: int) -> Any:
     """A server that shows nothing yet, on the port or the next free one.
 
     Raises:
-        OutputError: viser is not installed.
+        OutputError: viser is not installed, or there is no such address.
     """
     package = viser()
+    if not 0 <= port < 65536:
+        raise OutputError(f"port {port}", found="no port", expected="0 to 65535", option="port", suggestion="8080")
+    try:
+        socket.getaddrinfo(host, port)
+    except OSError as e:
+        raise OutputError(
+            f"host {host}", found=f"no address ({e})", expected="127.0.0.1, or 0.0.0.0", option="host"
+        ) from e
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # what knocks and goes away is no news
     with _silence():
         return package.ViserServer(host=host, port=port, label="dance", verbose=False)
@@ -51,11 +61,10 @@ def _silence() -> contextlib.AbstractContextManager[object]:
     return contextlib.redirect_stdout(io.StringIO())
 
 
-def look_from_the_front(server: Any, show: Show) -> None:
-    """Where every visitor's camera begins: all who stand side by side are seen."""
-    left = SIDE_M if show.people else 0.0
-    right = -SIDE_M * max(figure.place for figure in show.figures)
-    middle, away = 0.5 * (left + right), 4.2 + 0.8 * (left - right)
+def look_from_the_front(server: Any, show: Show, aside_m: float = 0.0) -> None:
+    """Where every visitor's camera begins: all who stand side by side are seen, so far left of the middle."""
+    wide = SIDE_M * max([int(bool(show.people)), *(figure.place for figure in show.figures)])
+    middle, away = 0.5 * wide + aside_m, 4.2 + 0.8 * wide
     camera = server.initial_camera
     camera.position, camera.look_at, camera.fov = (away, middle - 0.4, 0.35 * away), (0.0, middle, 0.72), 0.62
 
@@ -84,7 +93,7 @@ class Page:
         self._moving = threading.RLock()  # clicks come from other threads
         server.gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False,
                                    show_share_button=False, dark_mode=False)  # fmt: skip
-        look_from_the_front(server, show)
+        look_from_the_front(server, show, _PANEL_M)
         self.change(show)
 
     def change(self, show: Show) -> None:

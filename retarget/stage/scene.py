@@ -15,6 +15,7 @@ from robot_models.maths import smooth
 SIDE_M = 1.1  # figures stand this far from each other
 _PERSON, _GHOST = (90, 170, 255), (120, 170, 230)
 _NOWHERE = 1e-4  # an arrow of no length [m]
+_DARKEST = 0.14  # of a colour: black has no shape
 _SEEN = 0.01  # of an arrow, from which it is drawn [m]
 _FOLLOW_S = 0.4  # by which the camera's path is smoothed
 
@@ -38,7 +39,8 @@ class Scene:
         scene.add_grid("/world/floor", width=60.0, height=60.0, cell_size=0.5, section_size=1.0,
                        cell_color=(205, 208, 214), section_color=(165, 170, 180), fade_distance=14.0)  # fmt: skip
         self._people = [_Bones(scene, f"/world/person_{k}", p) for k, p in enumerate(show.people)]
-        self._robots = [_Robot(scene, f"/world/figure_{k}", f) for k, f in enumerate(show.figures)]
+        several = any(figure.place for figure in show.figures)
+        self._robots = [_Robot(scene, f"/world/figure_{k}", f, several) for k, f in enumerate(show.figures)]
         self._arrows = [_Arrows(scene, f"/world/forces_{k}", a) for k, a in enumerate(show.arrows)]
         root = show.figures[0].body_pos_w[:, 0]
         self._way = np.zeros_like(root)
@@ -56,7 +58,7 @@ class Scene:
         for person in self._people:
             person.root.position = (0.0, SIDE_M * on, 0.0)
         for robot in self._robots:
-            robot.root.position = (0.0, -SIDE_M * robot.figure.place * on, 0.0)
+            robot.root.position = (0.0, SIDE_M * robot.figure.place * on, 0.0)
 
     def show_people(self, on: bool) -> None:
         """The person, or not."""
@@ -91,13 +93,13 @@ class Scene:
 class _Robot:
     """Bodies as frames, their surface and soles below them."""
 
-    def __init__(self, scene: Any, path: str, figure: Figure) -> None:
+    def __init__(self, scene: Any, path: str, figure: Figure, named: bool) -> None:
         self.figure = figure
         self.root = scene.add_frame(path, show_axes=False)
         names = figure.robot.body_names
         self._bodies = [scene.add_frame(f"{path}/{name}", show_axes=False) for name in names]
         for k, piece in enumerate(surface(figure.robot)):
-            red, green, blue, _ = (round(255 * c) for c in piece.rgba)
+            red, green, blue, _ = (round(255 * max(c, _DARKEST)) for c in piece.rgba)
             scene.add_mesh_simple(
                 f"{path}/{piece.body}/surface_{k}",
                 piece.vertices.astype(np.float32), piece.faces.astype(np.uint32),
@@ -109,7 +111,7 @@ class _Robot:
         label = scene.add_label(
             f"{path}/{names[0]}/name", figure.name, position=(0.0, 0.0, 0.75), anchor="bottom-center"
         )
-        label.visible = figure.place > 0
+        label.visible = named
 
     def go_to(self, frame: int) -> None:
         t = min(frame, len(self.figure.body_pos_w) - 1)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from clips import FREE, GLIDING, PIVOTING, PLANTED, HumanClip, Reference, metric_label
+from clips import FREE, GLIDING, PIVOTING, PLANTED, HumanClip, MetricKey, Reference, metric_label
 from retarget.dynamics import Dynamics
 from retarget.errors import RetargetError
 from retarget.report import Diagnosis, Report
@@ -76,6 +76,7 @@ class Show:
 
     title: str
     verdict: str
+    passed: bool = True
     fps: float
     figures: tuple[Figure, ...]
     people: tuple[Person, ...] = ()
@@ -111,6 +112,7 @@ def show_retargeting(
     return Show(
         title=f"{_file(reference)} on {robot.name}",
         verdict=_verdict(len(report.failures)),
+        passed=report.passed,
         fps=reference.fps,
         figures=(figure_of(robot.name, robot, reference),),
         people=tuple(_person(s, d.start) for s, d in zip(sources, reference.dances, strict=False)),
@@ -130,10 +132,12 @@ def show_reference(robot: RobotModel, reference: Reference, dynamics: Dynamics |
         dynamics: whose forces are drawn.
     """
     missed = [(key, m) for key, m in reference.report.items() if not m["passed"]]
-    fps, told = reference.fps, reference.report.items()
+    order = list(MetricKey)
+    fps, told = reference.fps, sorted(reference.report.items(), key=lambda item: order.index(MetricKey(item[0])))
     return Show(
         title=f"{_file(reference)} on {robot.name}",
         verdict=_verdict(len(missed)) if reference.report else "nothing was measured when it was made",
+        passed=not missed,
         fps=fps,
         figures=(figure_of(robot.name, robot, reference),),
         arrows=() if dynamics is None else _forces(dynamics),

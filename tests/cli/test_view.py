@@ -171,7 +171,45 @@ def test_the_command_writes_one_page_or_refuses(groove_file, tmp_path, capsys):
     for words, said in (
         ([], "no file named"),
         ([str(groove_file), "--web", "page.rrd"], "ends in .html"),
-        ([str(tmp_path / "no.npz")], "no such"),
+        ([str(tmp_path / "no.npz")], "no such file"),
     ):
         assert cli.view.main(words) == 2
         assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["nothing.bvh"], "nothing.bvh: found no such file"),
+        (["GROOVE", "groove-dancer"], "show a policy alone"),
+        (["GROOVE", "--port", "99999", "--no-browser"], "port 99999"),
+        (["GROOVE", "--host", "nonsense.invalid", "--no-browser"], "no address"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused_at_once(words, said, groove_file, capsys):
+    assert cli.view.main([str(groove_file) if word == "GROOVE" else word for word in words]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_click_while_it_solves_is_no_second_solve(clip):
+    mending = Mending(clip, "dancer", FileOptions())
+    panel, gui, told = MendingPanel(mending), Gui(), []
+    panel.build(gui)
+    solve = mending.solve
+
+    def impatient(edits, progress):
+        told.append(edits)
+        gui.by_label["solve again"].press(None)  # from within: the first is not done yet
+        return solve(edits, progress)
+
+    mending.solve = impatient
+    gui.by_label["times as fast"].value = 0.8
+    gui.by_label["solve again"].press(None)
+    assert len(told) == 1 and mending.edits.speed == 0.8
+
+
+def test_touches_and_dropped_seconds_exclude_one_another(clip):
+    mending = Mending(clip, "dancer", FileOptions())
+    mending.solve(mending.mended(drop=("3-4",)), lambda *_: None)
+    with pytest.raises(RetargetError, match="keep one stretch of seconds"):
+        mending.mended(keys=(KeyFrame(time=1.0, joint="left_elbow", value=-0.5),))

@@ -68,7 +68,7 @@ def test_the_world_passes_under_who_is_followed(show, server):
 
 def test_side_by_side_or_over_one_another(groove, server):
     scene = Scene(server.scene, show_side_by_side(dict.fromkeys("ab", (groove.robot, groove.reference))))
-    assert handles(server)["/world/figure_1"].position[1] == -SIDE_M
+    assert handles(server)["/world/figure_1"].position[1] == SIDE_M
     scene.stand_apart(False)
     assert handles(server)["/world/figure_1"].position[1] == 0.0
 
