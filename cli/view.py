@@ -53,10 +53,13 @@ def main(argv: list[str] | None = None) -> int:
 def run(args: Arguments) -> int:
     """Gather what there is to see, and show or write it."""
     from cli.viewing import panel_of, serve, show_of
+    from retarget.workflows import SUFFIXES
 
     if args.web is not None and args.web.suffix != ".html":
         raise OutputError(f"--web {args.web}", found="that name", expected="a file that ends in .html")
     some(args.what, "a file or a policy")
+    if args.ref is not None and any(what.suffix in SUFFIXES for what in args.what):
+        raise OutputError(f"--ref {args.ref}", found="motions beside it", expected="a tracker, which follows it")
     if args.web is not None:
         make_folder(args.web)
     what = args.what, args.robot, args.file

@@ -182,6 +182,7 @@ def test_the_command_writes_one_page_or_refuses(groove_file, tmp_path, capsys):
     [
         (["nothing.bvh"], "nothing.bvh: found no such file"),
         (["GROOVE", "groove-dancer"], "show a policy alone"),
+        (["GROOVE", "--ref", "GROOVE"], "a tracker, which follows it"),
         (["GROOVE", "--port", "99999", "--no-browser"], "port 99999"),
         (["GROOVE", "--host", "nonsense.invalid", "--no-browser"], "no address"),
     ],
