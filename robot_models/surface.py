@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 _BONE, _BONE_M = (0.6, 0.62, 0.66, 1.0), 0.02  # colour and radius of a rod [m]
 _HIDDEN = 4  # group of geoms that MuJoCo does not draw
-_FACES = 900  # of one mesh, at most: a robot of 35 in 30,000, which any laptop turns
+_FACES = 900  # of one mesh, at most: a robot of 35 and more in 46,000, which any laptop turns
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,8 +37,9 @@ class Piece:
     faces: Int[ndarray, "F 3"]
 
 
-def surface(robot: RobotModel) -> list[Piece]:
-    """Its meshes, thinned out, where they are installed; else its primitives.
+@lru_cache(maxsize=8)
+def surface(robot: RobotModel) -> tuple[Piece, ...]:
+    """Its meshes, thinned out, where they are installed; else its primitives, and rods for bodies that have none.
 
     Raises:
         RobotError: meshes, and nothing installed that thins them out.
@@ -49,7 +51,7 @@ def surface(robot: RobotModel) -> list[Piece]:
     for body, rods in _bones(robot).items():
         if body not in dressed:
             groups[body, _BONE] = rods
-    return [_joined(body, rgba, meshes) for (body, rgba), meshes in groups.items()]
+    return tuple(_joined(body, rgba, meshes) for (body, rgba), meshes in groups.items())
 
 
 def _bones(robot: RobotModel) -> dict[str, list[tuple[ndarray, ndarray]]]:

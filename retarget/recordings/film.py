@@ -71,12 +71,12 @@ def write_film(
 
 def _as_it_looks(robot: RobotModel) -> Any:
     """The robot's model with its meshes where there are any, and something to thin them out; else with primitives."""
+    if not any(part.kind == "mesh" for part in visual_parts(robot)):
+        return robot.model
     try:
-        pieces = [piece for piece in surface(robot) if len(piece.faces)]
+        return model_to_look_at(robot, surface(robot))
     except RobotError:
         return robot.model
-    meshed = any(part.kind == "mesh" for part in visual_parts(robot))
-    return model_to_look_at(robot, pieces) if meshed else robot.model
 
 
 def _titled(picture: ndarray, text: str) -> ndarray:

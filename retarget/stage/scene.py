@@ -30,7 +30,6 @@ class Scene:
             scene: `viser.ViserServer().scene`.
             show: what there is to see.
         """
-        self._show = show
         scene.set_up_direction("+z")
         scene.configure_default_lights()
         scene.configure_environment_map(None)  # the others are fetched
@@ -45,7 +44,7 @@ class Scene:
         root = show.figures[0].body_pos_w[:, 0]
         self._way = np.zeros_like(root)
         self._way[:, :2] = smooth(root[:, :2], show.fps, _FOLLOW_S)
-        self._follows, self._apart = True, True
+        self._follows = True
         self.stand_apart(True)
         self.go_to(0)
 
