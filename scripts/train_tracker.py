@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from clips import MetricKey
-from robot_models import load_robot
+from clips import MetricKey, is_reference
+from robot_models import RobotModel, load_robot
 from tracking import DistillationConfig, TeacherConfig, TrainConfig
 from tracking.evaluation import Standing
-from tracking.task import NamedReference, read_named_reference, write_rehearsal_set
+from tracking.task import NamedReference, read_named_reference, read_rehearsal_set, write_rehearsal_set
 from tracking.teaching import (
     TeacherTrainer,
     judge_teacher,
@@ -37,7 +37,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--robot", default="g1")
-    parser.add_argument("--ref", type=Path, nargs="+", required=True, help="folders of references, or references")
+    parser.add_argument(
+        "--ref", type=Path, nargs="+", required=True, help="folders of references, references, rehearsal sets"
+    )
     parser.add_argument("--kept-out", nargs="*", default=[], help="names that are judged on and not learnt from")
     parser.add_argument("--judge", type=Path, nargs="*", default=[], help="further references to judge on")
     parser.add_argument("--hours", type=float, default=1e9)
@@ -49,9 +51,9 @@ def main() -> None:
     parser.add_argument("--credits", default="", help="whose motions they are, for the rehearsal set")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
-    learnt, kept = _references(args.ref, args.kept_out)
-    kept += [read_named_reference(p) for p in args.judge]
     robot, config, file = load_robot(args.robot), TeacherConfig(), args.folder / "teacher.pt"
+    learnt, kept = _references(args.ref, args.kept_out, robot)
+    kept += [read_named_reference(p) for p in args.judge]
     if args.rehearsal:
         write_rehearsal_set(args.folder / "rehearsal.npz", learnt, args.credits)
         return
@@ -85,18 +87,24 @@ def main() -> None:
                 failed, since = 0, steps
 
 
-def _references(paths: list[Path], kept_out: list[str]) -> tuple[list[NamedReference], list[NamedReference]]:
+def _references(
+    paths: list[Path], kept_out: list[str], robot: RobotModel
+) -> tuple[list[NamedReference], list[NamedReference]]:
     files = [f for p in paths for f in (sorted(p.glob("*.npz")) if p.is_dir() else [p])]
     learnt: list[NamedReference] = []
     kept: list[NamedReference] = []
-    for file in files:
-        piece = read_named_reference(file)
+    for piece in (piece for file in files for piece in _pieces(file, robot)):
         impossible = piece.reference.report.get(MetricKey.IMPOSSIBLE_FRAMES, {"value": 0.0})["value"]
         if impossible > MOST_IMPOSSIBLE:
             print(f"left out: {piece.name}, {impossible:.0f} % of its frames are impossible")
             continue
         (kept if any(name in piece.name for name in kept_out) else learnt).append(piece)
     return learnt, kept
+
+
+def _pieces(file: Path, robot: RobotModel) -> list[NamedReference]:
+    """One reference, or the many of a rehearsal set."""
+    return [read_named_reference(file)] if is_reference(file) else read_rehearsal_set(file, robot)
 
 
 def _told_now_and_then(stage: str, done: int, total: int, note: str = "") -> None:
