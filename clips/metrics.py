@@ -31,6 +31,11 @@ class MetricKey(StrEnum):
     HOVERING_LEADS = "hovering_in_leads"
     IMPOSSIBLE_FRAMES = "impossible_frames"
     TORQUE_SHARE = "joint_torque_share_p99"
+    BEAT_ERROR = "beat_error_median"
+    BEAT_ERROR_P95 = "beat_error_p95"
+    ON_BEAT = "beats_with_an_accent"
+    BEAT_ERROR_RECORDED = "beat_error_median_of_source"
+    ON_BEAT_RECORDED = "beats_with_an_accent_of_source"
 
     @property
     def label(self) -> str:
@@ -40,7 +45,7 @@ class MetricKey(StrEnum):
     @property
     def higher_is_better(self) -> bool:
         """Whether the smaller of two values is the worse one."""
-        return self is MetricKey.CONTACT_SHARE
+        return self in (MetricKey.CONTACT_SHARE, MetricKey.ON_BEAT, MetricKey.ON_BEAT_RECORDED)
 
 
 _LABELS = {
@@ -67,6 +72,11 @@ _LABELS = {
     MetricKey.HOVERING_LEADS: "hovering in the leads",
     MetricKey.IMPOSSIBLE_FRAMES: "frames that physics does not allow",
     MetricKey.TORQUE_SHARE: "joint torque, share of the motor's",
+    MetricKey.BEAT_ERROR: "beat error, median",
+    MetricKey.BEAT_ERROR_P95: "beat error, p95",
+    MetricKey.ON_BEAT: "beats with an accent",
+    MetricKey.BEAT_ERROR_RECORDED: "beat error at the recorded pace, median",
+    MetricKey.ON_BEAT_RECORDED: "beats with an accent at the recorded pace",
 }
 _KEY_OF = {label: key for key, label in _LABELS.items()}
 

@@ -7,7 +7,14 @@ from retarget.pipeline import Retargeted, retarget
 from retarget.report import Cure, Diagnosis, Metric, Report, Where, diagnose, limb_angles, measure
 from retarget.rules import Gates
 from retarget.targets import ContactEdit, KeyFrame, read_contacts, read_keys, write_contacts
-from retarget.workflows import FitConfig, Transition, as_it_stands, fit_to_dynamics, retarget_sequence
+from retarget.workflows import (
+    FitConfig,
+    Transition,
+    as_it_stands,
+    fit_to_dynamics,
+    retarget_sequence,
+    retarget_to_music,
+)
 from robot_models import __version__
 
 __all__ = [
@@ -42,5 +49,6 @@ __all__ = [
     "read_keys",
     "retarget",
     "retarget_sequence",
+    "retarget_to_music",
     "write_contacts",
 ]

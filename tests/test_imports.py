@@ -16,7 +16,9 @@ HOUSE = {
         "maths version errors incoming profile model model_file rigid_body build geometry visual surface pinocchio_model "
         "catalogue draft"
     ),
-    "clips": "errors contact config files metrics provenance clip reference reference_file checks edit identify readers writers",
+    "clips": (
+        "errors contact config files metrics provenance clip reference reference_file checks edit music identify readers writers"
+    ),
     "retarget": "errors rules config targets dynamics solver per_frame report recordings stage pipeline workflows",
     "tracking": "errors config policy run_files engines task evaluation training teaching envs deploy",
     "cli": "shell recordings retargeting evaluating training deploying inspecting judging viewing *",

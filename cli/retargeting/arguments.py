@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
+from cli.retargeting.song import SongOptions
 from cli.shell import ClipPath, FileOptions, Out, TellOptions, from_file, from_words
 from clips import ClipError, OutputError, file_and_name
 from retarget import RetargetConfig, RetargetError
@@ -24,6 +25,7 @@ class Arguments:
         dance-retarget unitree.csv --fps 30 --robot g1
         dance-retarget verse.bvh --then chorus.bvh verse.bvh -o song.npz
         dance-retarget fast.bvh --fit-dynamics
+        dance-retarget dance.bvh --music song.mp3 --robot g1
         dance-retarget dance.bvh --drop 13.8-14.3 20-21.5
         dance-retarget dance.bvh --contact.tight-speed 0.3 --weights.arm 12
         dance-retarget clips/ more/verse.bvh -o references --robot g1,dancer --jobs 2
@@ -76,6 +78,7 @@ class Arguments:
     """Write a Rerun recording beside the reference."""
     config: Path | None = None
     """Settings of every stage in a TOML file; --verbose prints them all. One alone: --contact.tight-speed 0.3."""
+    song: SongOptions = field(default_factory=SongOptions)
     file: FileOptions = field(default_factory=FileOptions)
     tell: TellOptions = field(default_factory=TellOptions)
 
@@ -108,6 +111,7 @@ def check_one(args: Arguments) -> None:
     if args.out is not None and (args.out.suffix != ".npz" or args.out.resolve() == args.clip.resolve()):
         raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")
     args.numbers()
+    args.song.check()
     if args.write_contacts is not None and args.write_contacts.exists():
         raise OutputError(
             f"--write-contacts {args.write_contacts}",
@@ -120,6 +124,11 @@ def check_one(args: Arguments) -> None:
             "--fit-dynamics", found="--contacts, --keys or --write-contacts beside it",
             expected="one of them: their seconds would move when the dance is slowed",
         )  # fmt: skip
+    if args.fit_dynamics and args.song.given:
+        raise RetargetError(
+            "--fit-dynamics", found="music beside it", expected="one of them: each changes the pace",
+            cure="write the fitted dance to a file first (--lead-in 0 --lead-out 0); a reference (.npz) is a clip again",
+        )  # fmt: skip
     if args.ray is not None or args.jobs is not None:
         raise RetargetError(
             "--ray or --jobs", found="one clip", expected="a folder of clips, or a pattern of names",
@@ -131,7 +140,7 @@ def check_one(args: Arguments) -> None:
     several = [name for name, value in asked.items() if value]
     beside = {
         "--contacts": args.contacts, "--keys": args.keys, "--write-contacts": args.write_contacts,
-        "--fit-dynamics": args.fit_dynamics,
+        "--fit-dynamics": args.fit_dynamics, "music": args.song.given,
     }  # fmt: skip
     if several and any(beside.values()):
         raise RetargetError(

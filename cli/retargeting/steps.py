@@ -20,6 +20,7 @@ from retarget import (
     read_keys,
     retarget,
     retarget_sequence,
+    retarget_to_music,
     write_contacts,
 )
 from retarget.targets import mirrored
@@ -75,7 +76,13 @@ def solve_dances(
         return fit_to_dynamics(clips[0], robot, config, progress=follow), []
     contacts = read_contacts(args.contacts) if args.contacts else ()
     keys = read_keys(args.keys) if args.keys else ()
-    return retarget(clips[0], robot, config, contacts=contacts, keys=keys, progress=follow), []
+    if not args.song.given:
+        return retarget(clips[0], robot, config, contacts=contacts, keys=keys, progress=follow), []
+    result = retarget_to_music(
+        clips[0], robot, args.song.find(follow), config, args.song.config(),
+        start_s=args.song.music_start, contacts=contacts, keys=keys, progress=follow,
+    )  # fmt: skip
+    return result, []
 
 
 def save_result(result: Retargeted, dances: list[Danced], args: Arguments) -> list[Path]:

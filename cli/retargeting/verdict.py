@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from cli.retargeting.arguments import Arguments
 from cli.shell import Trouble, Verdict, again, flag, line
 from clips import Clip, MetricKey
 from clips.checks import Check
+from clips.music import Music, music_of
 from retarget import Cure, Diagnosis, Report, Retargeted, Transition, flight_fit, hardest_stretches
 
 _OFF_FLIGHT_M = 0.03  # of a flight's rise from gravity's that is worth a line
@@ -57,6 +60,8 @@ def verdict_of(
         else f"{len(troubles)} of {_gates(report)} gates missed; it is written all the same"
     )
     look = [(line("rerun", path), "look at it") for path in written if path.suffix == ".rrd"]
+    if args.song.music is not None:
+        look.append((line("dance-play", written[0], "--film", written[0].with_suffix(".mp4")), "a film with the song"))
     train = [
         (line("dance-train", "--ref", written[0], "--check-ref"), "is it worth training on? seconds"),
         (line("dance-train", "--ref", written[0]), "a policy that dances it"),
@@ -68,6 +73,7 @@ def verdict_of(
         notes=(
             *dict.fromkeys(_convention(d) for d in dances),
             *_changed(args),
+            *_danced_to(music_of(reference)),
             *map(str, transitions),
         ),
         doubts=tuple(dict.fromkeys(doubt for dance in dances for doubt in _doubts(dance))),
@@ -97,7 +103,16 @@ def _numbers(result: Retargeted) -> tuple[str, ...]:
             else f" (worst at {result.dynamics.score.argmax() / result.dynamics.fps:.1f} s)"
         )
         said.append(f"physics allows {allowed:.3g} % of the frames{worst}" if hard else "physics allows every frame")
+    if MetricKey.BEAT_ERROR in value:
+        said.append(_on_the_beat(value))
     return tuple(said)
+
+
+def _on_the_beat(value: Mapping[MetricKey, float]) -> str:
+    return (
+        f"an accent on {value[MetricKey.ON_BEAT]:.0f} % of the beats, {value[MetricKey.BEAT_ERROR]:.0f} ms off (median); at the "
+        f"recorded pace {value[MetricKey.ON_BEAT_RECORDED]:.0f} %, {value[MetricKey.BEAT_ERROR_RECORDED]:.0f} ms"
+    )
 
 
 def _convention(dance: Danced) -> str:
@@ -112,6 +127,16 @@ def _changed(args: Arguments) -> list[str]:
     """What was asked to be another way than it was recorded."""
     mirrored = ["left and right exchanged, as asked for (--mirror)"] if args.mirror else []
     return [*mirrored, *([f"{args.speed:g} times as fast as recorded (--speed)"] if args.speed != 1.0 else [])]
+
+
+def _danced_to(music: Music | None) -> list[str]:
+    """Which beats, and where in the song."""
+    if music is None:
+        return []
+    bpm = 60.0 / float(np.median(np.diff(music.beats_s)))
+    return [
+        f"danced to {music.source}: {bpm:.1f} beats a minute; the song begins at {music.song_at_s:.2f} s of the reference"
+    ]
 
 
 def _doubts(dance: Danced) -> list[str]:
@@ -134,7 +159,7 @@ def _doubts(dance: Danced) -> list[str]:
 def _trouble(diagnosis: Diagnosis, dances: Sequence[Danced], args: Arguments) -> Trouble:
     dance = dances[min(diagnosis.dance, len(dances) - 1)]
     edited = (
-        args.then or args.loop != 1 or args.fit_dynamics or args.contacts or args.keys
+        args.then or args.loop != 1 or args.fit_dynamics or args.contacts or args.keys or args.song.given
     )  # the clip's seconds are elsewhere
     alone = not edited
     cures = (_cure(cure, diagnosis, dance, args) for cure in diagnosis.cures if alone or not cure.stretches)

@@ -15,6 +15,7 @@ from retarget.workflows.ray_cluster import run_on_ray
 from retarget.workflows.robot_check import check_robot
 from retarget.workflows.sequence import Transition, retarget_sequence
 from retarget.workflows.time_scaling import FitConfig, fit_to_dynamics
+from retarget.workflows.to_music import retarget_to_music
 
 __all__ = [
     "SUFFIXES",
@@ -29,6 +30,7 @@ __all__ = [
     "jobs_for",
     "motion_files",
     "retarget_sequence",
+    "retarget_to_music",
     "run_batch",
     "run_on_ray",
     "summary_rows",

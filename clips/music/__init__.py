@@ -1,0 +1,25 @@
+"""Music: the beats of a song, the accents of a dance, and the change of pace that brings one to the other."""
+
+from clips.music.accents import Accents, find_accents, parts_of, robot_parts
+from clips.music.alignment import Alignment, MusicConfig, to_the_beat
+from clips.music.beats import Beats, read_beats, steady_beats
+from clips.music.music import BeatError, Music, beat_error, music_of
+from clips.music.song import find_beats
+
+__all__ = [
+    "Accents",
+    "Alignment",
+    "BeatError",
+    "Beats",
+    "Music",
+    "MusicConfig",
+    "beat_error",
+    "find_accents",
+    "find_beats",
+    "music_of",
+    "parts_of",
+    "read_beats",
+    "robot_parts",
+    "steady_beats",
+    "to_the_beat",
+]

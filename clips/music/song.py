@@ -1,0 +1,81 @@
+"""Beats found in a song, by librosa (dynamic programming over onsets: Ellis 2007, "Beat Tracking by Dynamic Programming")."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from clips.errors import ClipError
+from clips.music.beats import Beats
+from robot_models import import_or_refuse
+from robot_models.maths import Progress, silent
+
+_RATE = 22_050  # samples a second, which librosa's beat tracker is tuned for
+_HOP = 512
+_FINE_HOP, _FINE_WINDOW, _REACH_S = 64, 512, 0.07  # of the onsets near a beat that it is moved to
+_LEAST_S = 5.0
+
+
+def find_beats(song: Path, bpm: float | None = None, *, progress: Progress = silent) -> Beats:
+    """The beats of a song.
+
+    Args:
+        song: a WAV, FLAC, OGG or MP3.
+        bpm: its tempo, where it is known.
+        progress: told before what takes time: librosa compiles itself when it is used first, a minute on a slow machine.
+
+    Raises:
+        ClipError: no librosa, no song that can be read, or no beats in it.
+    """
+    cure = "pip install dance-retarget[music], or state them: --bpm 104 --first-beat 0.42"
+    refusal = ClipError(str(song), found="no package librosa", expected="it installed, to find beats", cure=cure)
+    librosa = import_or_refuse("librosa", refusal)
+    progress("beats", 0, 3, "read the song")
+    samples = _read(song)
+    progress("beats", 1, 3, "find its beats")
+    onsets = librosa.onset.onset_strength(y=samples, sr=_RATE, hop_length=_HOP, aggregate=np.median)
+    # A tempo for every moment: with one for all of it, a song that changes its own loses a third of its beats.
+    tempo = bpm or librosa.feature.tempo(onset_envelope=onsets, sr=_RATE, hop_length=_HOP, aggregate=None)
+    _, times = librosa.beat.beat_track(
+        onset_envelope=onsets, sr=_RATE, hop_length=_HOP, units="time", trim=False, bpm=tempo
+    )
+    progress("beats", 2, 3, "set them on its onsets")
+    fine = librosa.onset.onset_strength(y=samples, sr=_RATE, hop_length=_FINE_HOP, n_fft=_FINE_WINDOW, n_mels=64)
+    times = _on_onsets(np.asarray(times), np.asarray(fine), _FINE_HOP / _RATE)
+    progress("beats", 3, 3, "")
+    if len(times) < 2:
+        raise ClipError(
+            str(song), found="no beats", expected="music with a beat", cure="state them: --bpm and --first-beat"
+        )
+    return Beats(times_s=times, source=f"found in {song.name}", song=song)
+
+
+def _read(song: Path) -> Float[ndarray, "S"]:
+    import librosa
+    import soundfile
+
+    try:
+        samples, rate = soundfile.read(song, dtype="float32", always_2d=True)
+    except (OSError, RuntimeError) as e:
+        raise ClipError(
+            str(song), found=f"no song that can be read ({e})", expected="a WAV, FLAC, OGG or MP3",
+            cure="ffmpeg -i song.m4a song.wav",
+        ) from e  # fmt: skip
+    mono = samples.mean(axis=1)
+    if len(mono) < _LEAST_S * rate:
+        raise ClipError(str(song), found=f"{len(mono) / rate:.1f} s of sound", expected=f"at least {_LEAST_S:.0f} s")
+    return np.asarray(librosa.resample(mono, orig_sr=rate, target_sr=_RATE))
+
+
+def _on_onsets(times: Float[ndarray, "B"], onsets: Float[ndarray, "F"], step_s: float) -> Float[ndarray, "B"]:
+    """Beats moved, all together, by what brings them nearest to the onsets: what a tracker finds is late by its window."""
+    reach = round(_REACH_S / step_s)
+    places = np.round(times / step_s).astype(int)
+    inside = places[(places >= reach) & (places < len(onsets) - reach)]
+    if not len(inside):
+        return times
+    near = np.array([onsets[place - reach : place + reach + 1] for place in inside])
+    return times + (int(near.mean(axis=0).argmax()) - reach) * step_s
