@@ -15,7 +15,9 @@ from clips import OutputError
 from tracking import TrackingError
 
 if TYPE_CHECKING:
-    from tracking import Bundle
+    from collections.abc import Mapping
+
+    from tracking import Bundle, Evaluation
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -63,7 +65,7 @@ def _judge(args: Arguments) -> int:
 
         save_evaluation(args.recording, bundle, results, str(args.bundle), lines)
     out = args.write_reference
-    notes = (golden, *([_write_danced(args, out)] if out is not None else []))
+    notes = (golden, *_on_the_beat(bundle, results), *([_write_danced(args, out)] if out is not None else []))
     return tell(verdict_of(results, args, notes), args.tell, [table])
 
 
@@ -76,6 +78,24 @@ def _write_danced(args: Arguments, out: Path) -> str:
     danced.save(out)
     missed = ", ".join(m.label for m in danced.report.failures)
     return f"as it was danced: {f'gates missed: {missed}' if missed else 'every gate holds'}"
+
+
+def _on_the_beat(bundle: Bundle, results: Mapping[str, Evaluation]) -> list[str]:
+    """How near the best robot's accents are to the beats of the song that its reference was made for."""
+    from clips.music import beat_error, find_accents, music_of, robot_parts
+
+    music, fps = music_of(bundle.reference), bundle.reference.fps
+    if music is None:
+        return []
+    lines, begins_s = [], bundle.reference.dance.start / fps
+    for engine, result in results.items():
+        path = next(iter(result.shown.values()))
+        error = beat_error(
+            find_accents(robot_parts(bundle.robot, path), fps), music.beats_s - begins_s, len(path) / fps
+        )
+        share, off = 100 * error.on_beat, error.median_ms
+        lines.append(f"{engine}: an accent of the best robot on {share:.0f} % of the beats, {off:.0f} ms off (median)")
+    return lines
 
 
 def _check_golden(bundle: Bundle) -> str:

@@ -31,7 +31,7 @@ from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics, dynamics_of, gliding_edges
 from retarget.errors import RetargetError
 from retarget.per_frame import follow, frame_solver
-from retarget.recordings import plot_report, save_retargeting, save_still, show
+from retarget.recordings import plot_report, save_film, save_retargeting, save_still, show
 from retarget.report import Diagnosis, Report, diagnose, measure
 from retarget.solver import coarse_poses, make_objective, make_possible, optimise
 from retarget.targets import (
@@ -90,8 +90,8 @@ class Retargeted:
         """
         return plot_report(self.report, self.reference.fps)
 
-    def save(self, path: Path | str) -> Path:
-        """Write it: a reference (.npz), a Rerun recording (.rrd) or a picture (.png), as the name ends.
+    def save(self, path: Path | str, *, progress: Progress = silent) -> Path:
+        """Write it: a reference (.npz), a Rerun recording (.rrd), a picture (.png) or a film (.mp4), as the name ends.
 
         Raises:
             OutputError: another ending, or a file that cannot be written.
@@ -105,8 +105,10 @@ class Retargeted:
             )
         elif path.suffix == ".png":
             save_still(path, self.robot, self.reference, self.source)
+        elif path.suffix == ".mp4":
+            save_film(path, self.robot, self.reference, self.sources, progress=progress)
         else:
-            raise OutputError(str(path), found="that name", expected="a name that ends in .npz, .rrd or .png")
+            raise OutputError(str(path), found="that name", expected="a name that ends in .npz, .rrd, .png or .mp4")
         return path
 
     @cached_property

@@ -25,7 +25,7 @@ class Arguments:
         dance-retarget unitree.csv --fps 30 --robot g1
         dance-retarget verse.bvh --then chorus.bvh verse.bvh -o song.npz
         dance-retarget fast.bvh --fit-dynamics
-        dance-retarget dance.bvh --music song.mp3 --robot g1
+        dance-retarget dance.bvh --music song.mp3 --robot g1 --film dance.mp4
         dance-retarget dance.bvh --drop 13.8-14.3 20-21.5
         dance-retarget dance.bvh --contact.tight-speed 0.3 --weights.arm 12
         dance-retarget clips/ more/verse.bvh -o references --robot g1,dancer --jobs 2
@@ -76,6 +76,8 @@ class Arguments:
     """Write single precision: half the size, forward kinematics to 1e-5."""
     recording: bool = True
     """Write a Rerun recording beside the reference."""
+    film: Path | None = None
+    """Write a film (.mp4) of the person and the robot side by side, with the song."""
     config: Path | None = None
     """Settings of every stage in a TOML file; --verbose prints them all. One alone: --contact.tight-speed 0.3."""
     song: SongOptions = field(default_factory=SongOptions)
@@ -110,6 +112,8 @@ def check_one(args: Arguments) -> None:
         raise ClipError(str(args.clip), found="no such file or folder", expected="a motion file, or a folder of them")
     if args.out is not None and (args.out.suffix != ".npz" or args.out.resolve() == args.clip.resolve()):
         raise OutputError(f"--out {args.out}", found="that name", expected="a new file that ends in .npz")
+    if args.film is not None and args.film.suffix != ".mp4":
+        raise OutputError(f"--film {args.film}", found="that name", expected="a file that ends in .mp4")
     args.numbers()
     args.song.check()
     if args.write_contacts is not None and args.write_contacts.exists():

@@ -7,7 +7,7 @@ from pathlib import Path
 from cli.retargeting.arguments import Arguments
 from cli.retargeting.stretches import refuse_beyond, stretches
 from cli.retargeting.verdict import Danced
-from cli.shell import make_folder
+from cli.shell import make_folder, progress
 from clips import Clip, at_speed, clip_stem, cut, read_clip, repair, save_reference
 from clips.checks import Check, check_sway, doubts
 from clips.edit import left_out_at_start
@@ -96,4 +96,7 @@ def save_result(result: Retargeted, dances: list[Danced], args: Arguments) -> li
         written.append(args.write_contacts)
     if args.recording:
         written.append(result.save(written[0].with_suffix(".rrd")))
+    if args.film is not None:
+        with progress("frames") as follow:
+            written.append(result.save(args.film, progress=follow))
     return written

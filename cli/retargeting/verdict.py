@@ -60,7 +60,7 @@ def verdict_of(
         else f"{len(troubles)} of {_gates(report)} gates missed; it is written all the same"
     )
     look = [(line("rerun", path), "look at it") for path in written if path.suffix == ".rrd"]
-    if args.song.music is not None:
+    if args.song.music is not None and args.film is None:
         look.append((line("dance-play", written[0], "--film", written[0].with_suffix(".mp4")), "a film with the song"))
     train = [
         (line("dance-train", "--ref", written[0], "--check-ref"), "is it worth training on? seconds"),

@@ -4,7 +4,7 @@ from clips.music.accents import Accents, find_accents, parts_of, robot_parts
 from clips.music.alignment import Alignment, MusicConfig, to_the_beat
 from clips.music.beats import Beats, read_beats, steady_beats
 from clips.music.music import BeatError, Music, beat_error, music_of
-from clips.music.song import find_beats
+from clips.music.song import find_beats, loudness
 
 __all__ = [
     "Accents",
@@ -16,6 +16,7 @@ __all__ = [
     "beat_error",
     "find_accents",
     "find_beats",
+    "loudness",
     "music_of",
     "parts_of",
     "read_beats",

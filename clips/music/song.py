@@ -30,8 +30,10 @@ def find_beats(song: Path, bpm: float | None = None, *, progress: Progress = sil
     Raises:
         ClipError: no librosa, no song that can be read, or no beats in it.
     """
-    cure = "pip install dance-retarget[music], or state them: --bpm 104 --first-beat 0.42"
-    refusal = ClipError(str(song), found="no package librosa", expected="it installed, to find beats", cure=cure)
+    refusal = ClipError(
+        str(song), found="no package librosa", expected="it installed, to find beats",
+        cure="pip install 'dance-retarget[music]', or state tempo and first beat",
+    )  # fmt: skip
     librosa = import_or_refuse("librosa", refusal)
     progress("beats", 0, 3, "read the song")
     samples = _read(song)
@@ -47,14 +49,41 @@ def find_beats(song: Path, bpm: float | None = None, *, progress: Progress = sil
     times = _on_onsets(np.asarray(times), np.asarray(fine), _FINE_HOP / _RATE)
     progress("beats", 3, 3, "")
     if len(times) < 2:
-        raise ClipError(
-            str(song), found="no beats", expected="music with a beat", cure="state them: --bpm and --first-beat"
-        )
+        raise ClipError(str(song), found="no beats", expected="music with a beat", cure="state tempo and first beat")
     return Beats(times_s=times, source=f"found in {song.name}", song=song)
 
 
+def loudness(song: Path, times_s: Float[ndarray, "T"]) -> Float[ndarray, "T"] | None:
+    """How loud a song is at some times of it, 1 at its loudest; None where it cannot be read, or nothing that reads it is there.
+
+    Args:
+        song: its file.
+        times_s: evenly spaced; 0 before it begins and after it ends [s].
+    """
+    try:
+        samples, rate = _samples(song)
+    except (ClipError, ImportError):
+        return None
+    half = max(1, round(0.5 * rate * float(np.median(np.diff(times_s)))))
+    squares = np.concatenate(([0.0], np.cumsum(np.asarray(samples, dtype=float) ** 2)))
+    middle = np.round(times_s * rate).astype(int)
+    low, high = ((middle + side).clip(0, len(samples)) for side in (-half, half))
+    heard = np.sqrt((squares[high] - squares[low]) / (2.0 * half))
+    return np.asarray(heard / max(1e-9, heard.max()))
+
+
 def _read(song: Path) -> Float[ndarray, "S"]:
+    """Its samples at the rate that is worked with."""
     import librosa
+
+    samples, rate = _samples(song)
+    if len(samples) < _LEAST_S * rate:
+        raise ClipError(str(song), found=f"{len(samples) / rate:.1f} s of sound", expected=f"at least {_LEAST_S:.0f} s")
+    return np.asarray(librosa.resample(samples, orig_sr=rate, target_sr=_RATE))
+
+
+def _samples(song: Path) -> tuple[Float[ndarray, "S"], int]:
+    """All channels as one, and samples a second."""
     import soundfile
 
     try:
@@ -64,10 +93,7 @@ def _read(song: Path) -> Float[ndarray, "S"]:
             str(song), found=f"no song that can be read ({e})", expected="a WAV, FLAC, OGG or MP3",
             cure="ffmpeg -i song.m4a song.wav",
         ) from e  # fmt: skip
-    mono = samples.mean(axis=1)
-    if len(mono) < _LEAST_S * rate:
-        raise ClipError(str(song), found=f"{len(mono) / rate:.1f} s of sound", expected=f"at least {_LEAST_S:.0f} s")
-    return np.asarray(librosa.resample(mono, orig_sr=rate, target_sr=_RATE))
+    return samples.mean(axis=1), int(rate)
 
 
 def _on_onsets(times: Float[ndarray, "B"], onsets: Float[ndarray, "F"], step_s: float) -> Float[ndarray, "B"]:

@@ -1,14 +1,20 @@
 """What a person looks at: Rerun recordings, films, pictures of reports. The one room that knows Rerun."""
 
 from retarget.recordings.film import write_film
+from retarget.recordings.off_screen import Shot
 from retarget.recordings.pictures import save_still
 from retarget.recordings.plots import plot_report
+from retarget.recordings.retargeting_film import save_film
+from retarget.recordings.sound import Soundtrack
 from retarget.recordings.stories import save_comparison, save_moments, save_rehearsal, save_retargeting, save_rollouts
 from retarget.recordings.viewer import show
 
 __all__ = [
+    "Shot",
+    "Soundtrack",
     "plot_report",
     "save_comparison",
+    "save_film",
     "save_moments",
     "save_rehearsal",
     "save_retargeting",

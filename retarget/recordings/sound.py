@@ -1,13 +1,44 @@
-"""A song under a film."""
+"""A song under a film, and the light of its beats."""
 
 from __future__ import annotations
 
 import subprocess
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
 from clips import OutputError
+from clips.music import Music
 from robot_models import import_or_refuse
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Soundtrack:
+    """What is heard, and when its beats are."""
+
+    song: Path | None = None  # of any format that ffmpeg reads; None: silence
+    at_s: float = 0.0  # second of the film at which the song begins; below 0, so many seconds of the song are skipped
+    beats_s: Float[ndarray, "B"] = field(default_factory=lambda: np.zeros(0))  # of the film
+
+    @staticmethod
+    def of(music: Music, *folders: Path) -> Soundtrack:
+        """The song that a reference was made for, where it lies as it was named, or in one of some folders."""
+        named = Path(music.song)
+        places = [named, *(folder / named.name for folder in folders)] if music.song else []
+        song = next((place for place in places if place.is_file()), None)
+        return Soundtrack(song=song, at_s=music.song_at_s, beats_s=music.beats_s)
+
+    def light(self, now_s: float) -> float:
+        """How bright the light of the beat is: 1 on it, gone a fifth of a second later."""
+        past = self.beats_s[self.beats_s <= now_s + 1e-6]
+        return float(max(0.0, 1.0 - (now_s - past[-1]) / _FLASH_S)) if len(past) else 0.0
+
+
+_FLASH_S = 0.2
 
 
 def encoder() -> Any:

@@ -11,6 +11,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from clips import FREE, GLIDING, PIVOTING, PLANTED, HumanClip, MetricKey, Reference, metric_label
+from clips.music import music_of
 from retarget.dynamics import Dynamics
 from retarget.errors import RetargetError
 from retarget.report import Diagnosis, Report
@@ -18,6 +19,7 @@ from robot_models import CONTACT_NAMES, PART_NAMES, RobotModel
 
 Colour = tuple[int, int, int]
 GREY, GREEN, ORANGE, BLUE, RED = (120, 125, 135), (60, 190, 110), (245, 170, 40), (70, 160, 245), (230, 55, 45)
+_BEAT: Colour = (190, 110, 235)
 OF_CONTACT: dict[int, Colour] = {FREE: GREY, PLANTED: GREEN, PIVOTING: ORANGE, GLIDING: BLUE}
 _ARROW_M, _NOT_GIVEN = 1.2, 0.5  # an arrow as strong as the weight; the score from which what is missing is drawn
 
@@ -117,7 +119,7 @@ def show_retargeting(
         figures=(figure_of(robot.name, robot, reference),),
         people=tuple(_person(s, d.start) for s, d in zip(sources, reference.dances, strict=False)),
         arrows=() if dynamics is None else _forces(dynamics),
-        lanes=(*contact_lanes(reference), *_gate_lanes(diagnoses, reference)),
+        lanes=(*contact_lanes(reference), *_beat_lane(reference), *_gate_lanes(diagnoses, reference)),
         moments=tuple(sorted((d.metric.where.at_s if d.metric.where else 0.0, str(d)) for d in diagnoses)),
         rows=tuple(_row(m.label, m.value, m.unit, m.limit, m.passed) for m in report.metrics),
     )
@@ -141,7 +143,7 @@ def show_reference(robot: RobotModel, reference: Reference, dynamics: Dynamics |
         fps=fps,
         figures=(figure_of(robot.name, robot, reference),),
         arrows=() if dynamics is None else _forces(dynamics),
-        lanes=contact_lanes(reference),
+        lanes=(*contact_lanes(reference), *_beat_lane(reference)),
         moments=tuple(sorted((float(m.get("at_s", 0.0)), metric_label(key)) for key, m in missed)),
         rows=tuple(_row(metric_label(k), m["value"], m["unit"], m["limit"], m["passed"]) for k, m in told),
     )
@@ -189,6 +191,15 @@ def contact_lanes(reference: Reference, prefix: str = "") -> tuple[Lane, ...]:
         stretches = tuple((a, b, OF_CONTACT[kind]) for a, b, kind in runs if kind != FREE)
         lanes.append(Lane(name=prefix + name.replace("_", " "), stretches=stretches))
     return tuple(lanes)
+
+
+def _beat_lane(reference: Reference) -> tuple[Lane, ...]:
+    """When the beats are of the song that it was made for."""
+    music = music_of(reference)
+    if music is None:
+        return ()
+    frames = np.round(music.beats_s * reference.fps).astype(int)
+    return (Lane(name="beats", stretches=tuple((t, t + 1, _BEAT) for t in frames.tolist())),)
 
 
 def _gate_lanes(diagnoses: Sequence[Diagnosis], reference: Reference) -> tuple[Lane, ...]:

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
 
 from clips import Clip, Reference, repair
 from clips.edit import recentre, resample
@@ -15,6 +20,7 @@ from clips.music import (
     MusicConfig,
     beat_error,
     find_accents,
+    loudness,
     robot_parts,
     to_the_beat,
 )
@@ -84,6 +90,26 @@ def retarget_to_music(
     return best[1]
 
 
+def _curves(result: Retargeted, music: Music) -> dict[str, Float[ndarray, "T"]]:
+    """To be looked at: pulses of the beats, and of the dance's accents; how loud the song is."""
+    reference, accents = result.reference, _accents(result)
+    time = np.arange(reference.frames) / reference.fps
+    at_s = accents.times_s + reference.dance.start / reference.fps
+    curves = {
+        "beats of the song": _pulses(time, music.beats_s, np.ones(len(music.beats_s))),
+        "accents of the dance": _pulses(time, at_s, accents.strength),
+    }
+    heard = loudness(Path(music.song), time - music.song_at_s) if music.song else None
+    return curves if heard is None else {**curves, "loudness of the song": heard}
+
+
+def _pulses(time: Float[ndarray, "T"], at_s: Float[ndarray, "N"], height: Float[ndarray, "N"]) -> Float[ndarray, "T"]:
+    out = np.zeros(len(time))
+    frames = np.searchsorted(time, at_s).clip(0, len(time) - 1)
+    out[frames] = height
+    return out
+
+
 def _accents(result: Retargeted) -> Accents:
     """Of the robot's dance, without its leads."""
     reference = result.reference
@@ -104,6 +130,10 @@ def _with_music(result: Retargeted, music: Music, recorded: BeatError) -> Retarg
     reference, dance = result.reference, result.reference.dance
     first_s, last_s = dance.start / reference.fps, (dance.stop - 1) / reference.fps
     danced = beat_error(_accents(result), music.beats_s - first_s, last_s - first_s)
-    report = replace(result.report, metrics=(*result.report.metrics, *beat_metrics(danced, recorded)))
+    report = replace(
+        result.report,
+        metrics=(*result.report.metrics, *beat_metrics(danced, recorded)),
+        series={**result.report.series, **_curves(result, music)},
+    )
     meta = {**reference.meta, "music": music.as_meta(), "report": report.as_dict()}
     return replace(result, reference=replace(reference, meta=meta), report=report)

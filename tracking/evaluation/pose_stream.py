@@ -12,6 +12,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips import Reference, load_reference
+from clips.music import Music, music_of
 from robot_models import RobotModel, load_robot
 from tracking.config import StartNoise, TaskConfig
 from tracking.evaluation.rollouts import evaluation_task, play, start
@@ -31,6 +32,7 @@ class PoseStream:
     frames: int
     begins_s: float  # of the dance, after the lead-in [s]
     poses: Iterator[Pose]
+    music: Music | None = None  # that the reference was made for
 
 
 def stream_reference(path: Path, robot: str | None = None) -> PoseStream:
@@ -69,4 +71,6 @@ def stream_policy(path: Path, robot: str | None = None, seed: int = 1, reference
 
 def _stream(robot: RobotModel, reference: Reference, poses: Iterator[Pose]) -> PoseStream:
     begins_s = reference.dance.start / reference.fps
-    return PoseStream(robot=robot, fps=reference.fps, frames=reference.frames, begins_s=begins_s, poses=poses)
+    return PoseStream(
+        robot=robot, fps=reference.fps, frames=reference.frames, begins_s=begins_s, poses=poses, music=music_of(reference),
+    )  # fmt: skip

@@ -9,7 +9,8 @@ import pytest
 
 import retarget.recordings.film
 from clips import OutputError
-from retarget.recordings.film import Stage, write_film
+from retarget.recordings.film import write_film
+from retarget.recordings.off_screen import Shot, Stage
 
 SIZE = 64, 48
 
@@ -23,8 +24,11 @@ def studio(monkeypatch):
         def __init__(self, robot, size, shadows):
             kept.size = size
 
-        def draw(self, qpos, ghost):
-            kept.drawn.append((qpos, ghost))
+        def look_beside(self, aside, width_m):
+            kept.beside = (aside, width_m)
+
+        def draw(self, shot):
+            kept.drawn.append((shot.qpos, shot.ghost))
             return np.zeros((SIZE[1], SIZE[0], 3), dtype=np.uint8)[:, ::-1]  # not contiguous
 
         def close(self):
@@ -49,7 +53,7 @@ def studio(monkeypatch):
 
 
 def poses(count):
-    return iter([(np.full(3, float(k)), None if k % 2 else np.full(3, -float(k))) for k in range(count)])
+    return (Shot(qpos=np.full(3, float(k)), ghost=None if k % 2 else np.full(3, -float(k))) for k in range(count))
 
 
 @pytest.mark.parametrize(("fps", "every"), [(25.0, 1), (30.0, 1), (50.0, 2), (60.0, 2), (100.0, 4), (200.0, 8)])
@@ -140,21 +144,21 @@ def at(dancer, x):
 
 
 def test_the_camera_begins_at_the_robot_and_trails_it_without_ever_overtaking(stage, dancer):
-    stage.draw(at(dancer, 2.0), None)
+    stage.draw(Shot(qpos=at(dancer, 2.0)))
     for _ in range(80):
-        stage.draw(at(dancer, 3.0), None)
+        stage.draw(Shot(qpos=at(dancer, 3.0)))
     x = np.array(stage._renderer.aims)[:, 0]
     assert x[0] == 2.0 and (np.diff(x) > 0.0).all() and 2.95 < x[-1] < 3.0
     assert x[1] < 2.2  # a step is seen as a step
 
 
 def test_a_ghost_is_a_second_robot_as_a_veil_and_a_bone_one_more_shape(stage, dancer):
-    plain = int(stage.draw(at(dancer, 0.0), None)[0])
-    with_ghost = int(stage.draw(at(dancer, 0.0), at(dancer, 1.0))[0])
+    plain = int(stage.draw(Shot(qpos=at(dancer, 0.0)))[0])
+    with_ghost = int(stage.draw(Shot(qpos=at(dancer, 0.0), ghost=at(dancer, 1.0)))[0])
     veils = [g for g in stage._renderer.scene.geoms[:with_ghost] if g.transparent]
     assert plain < with_ghost < 2 * plain + 1 and len(veils) >= with_ghost - plain
     assert min(abs(g.pos[0] - 1.0) for g in veils) < 0.5
     bone = (np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.02, np.ones(4))
     stage.look_at(np.zeros(2), 0.8)
-    assert int(stage.draw(at(dancer, 0.0), None, [bone, bone])[0]) == plain + 2
+    assert int(stage.draw(Shot(qpos=at(dancer, 0.0), bones=[bone, bone]))[0]) == plain + 2
     assert tuple(stage._renderer.aims[-1][:2]) == (0.0, 0.0)  # a still's camera stays where it is put
