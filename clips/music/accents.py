@@ -78,13 +78,15 @@ def _stops(parts: Float[ndarray, "T K 3"], fps: float) -> list[tuple[float, floa
     out = []
     speeds = np.linalg.norm(smooth(np.gradient(parts, 1.0 / fps, axis=0), fps, _SMOOTH_HZ), axis=2)
     for speed in speeds.T:
-        slowest, found = find_peaks(-speed, prominence=_LEAST_DROP)
-        for low, drop, since in zip(slowest, found["prominences"], found["left_bases"], strict=True):
-            top = since + int(speed[since : low + 1].argmax())
-            lost = float(speed[top] - speed[low])
-            still = speed[low] + _STOPPED * lost
-            first = top + int((speed[top : low + 1] <= still).argmax())
-            before, after = speed[first - 1], speed[first]
-            at = first - (still - after) / max(1e-9, before - after)
-            out.append((at / fps, float(min(drop, lost))))
+        bursts, _ = find_peaks(speed, prominence=_LEAST_DROP)
+        for top, end in zip(bursts, np.append(bursts, len(speed))[1:], strict=True):
+            fall = speed[top:end]
+            lost = float(fall[0] - fall.min())
+            still = fall.min() + _STOPPED * lost
+            first = int((fall <= still).argmax())
+            if fall[first] > _LEAST_DROP and first == len(fall) - 1:
+                continue  # cut off in mid-movement
+            before, after = fall[first - 1], fall[first]
+            at = top + first - (still - after) / max(1e-9, before - after)
+            out.append((at / fps, lost))
     return out

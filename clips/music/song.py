@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -16,6 +17,7 @@ from robot_models.maths import Progress, silent
 _RATE = 22_050  # samples a second, which librosa's beat tracker is tuned for
 _HOP = 512
 _FINE_HOP, _FINE_WINDOW, _REACH_S = 64, 512, 0.07  # of the onsets near a beat that it is moved to
+_TEMPO_EDGE_S = 4.0
 _LEAST_S = 5.0
 
 
@@ -39,8 +41,7 @@ def find_beats(song: Path, bpm: float | None = None, *, progress: Progress = sil
     samples = _read(song)
     progress("beats", 1, 3, "find its beats")
     onsets = librosa.onset.onset_strength(y=samples, sr=_RATE, hop_length=_HOP, aggregate=np.median)
-    # A tempo for every moment: with one for all of it, a song that changes its own loses a third of its beats.
-    tempo = bpm or librosa.feature.tempo(onset_envelope=onsets, sr=_RATE, hop_length=_HOP, aggregate=None)
+    tempo = bpm or _tempi(librosa, onsets)
     _, times = librosa.beat.beat_track(
         onset_envelope=onsets, sr=_RATE, hop_length=_HOP, units="time", trim=False, bpm=tempo
     )
@@ -51,6 +52,15 @@ def find_beats(song: Path, bpm: float | None = None, *, progress: Progress = sil
     if len(times) < 2:
         raise ClipError(str(song), found="no beats", expected="music with a beat", cure="state tempo and first beat")
     return Beats(times_s=times, source=f"found in {song.name}", song=song)
+
+
+def _tempi(librosa: Any, onsets: Float[ndarray, "F"]) -> Float[ndarray, "F"]:
+    """A tempo for every moment: with one for all of it, a song that changes its own loses a third of its beats."""
+    tempi = np.asarray(librosa.feature.tempo(onset_envelope=onsets, sr=_RATE, hop_length=_HOP, aggregate=None))
+    # At both ends half of the window lies outside of the song.
+    edge = min(int(_TEMPO_EDGE_S * _RATE / _HOP), (len(tempi) - 1) // 2)
+    tempi[:edge], tempi[len(tempi) - edge :] = tempi[edge], tempi[-edge - 1]
+    return tempi
 
 
 def loudness(song: Path, times_s: Float[ndarray, "T"]) -> Float[ndarray, "T"] | None:

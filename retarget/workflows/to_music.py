@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import Clip, Reference, repair
+from clips import Clip, Reference, read_clip, repair
 from clips.edit import recentre, resample
 from clips.music import (
     Accents,
@@ -28,15 +28,15 @@ from retarget.config import RetargetConfig
 from retarget.pipeline import Retargeted, retarget
 from retarget.report import beat_metrics
 from retarget.targets import ContactEdit, KeyFrame
-from robot_models import RobotModel
+from robot_models import RobotModel, load_robot
 from robot_models.maths import Progress, silent
 
 _SHARES = (1.0, 0.5, 0.25)  # of the change of pace that is allowed, tried one after another while a gate is lost
 
 
 def retarget_to_music(
-    clip: Clip,
-    robot: RobotModel,
+    clip: Clip | Path | str,
+    robot: RobotModel | str,
     beats: Beats,
     config: RetargetConfig | None = None,
     music: MusicConfig | None = None,
@@ -56,8 +56,8 @@ def retarget_to_music(
     recorded pace, begun where that fits best.
 
     Args:
-        clip: what is danced.
-        robot: who shall dance it.
+        clip: what is danced, or a file that says everything about itself.
+        robot: who shall dance it, or its name.
         beats: of the song.
         config: the numbers of every stage.
         music: how far the pace may change.
@@ -70,6 +70,8 @@ def retarget_to_music(
         DanceError: as for `retarget`; the song ends before the dance.
     """
     config, music = config or RetargetConfig(), music or MusicConfig()
+    clip = read_clip(clip) if isinstance(clip, Path | str) else clip
+    robot = load_robot(robot) if isinstance(robot, str) else robot
     recorded = recentre(resample(repair(clip), config.fps))
     as_recorded = retarget(recorded, robot, config, progress=progress)
     accents = _accents(as_recorded)
