@@ -9,7 +9,7 @@ for python in "$@"; do
   "$python" -m venv "$tools"
   "$tools/bin/pip" -q install pip-tools cyclonedx-bom
   "$tools/bin/pip-compile" --quiet --generate-hashes --strip-extras --allow-unsafe --no-annotate --no-emit-index-url \
-    --no-emit-trusted-host --no-emit-find-links --extra train --extra deploy --extra c3d --extra film --extra view --extra sim2sim \
+    --no-emit-trusted-host --no-emit-find-links --extra train --extra deploy --extra c3d --extra film --extra view --extra music --extra sim2sim \
     -c tested-versions.txt pyproject.toml -o "locks/$tag.txt"
   "$tools/bin/cyclonedx-py" requirements "locks/$tag.txt" --pyproject pyproject.toml --mc-type application \
     --output-reproducible -o locks/sbom.cdx.json

@@ -69,7 +69,7 @@ def to_the_beat(
     earliest, latest = _beginnings(beats, start_s)
     if beats.times_s[-1] < earliest + seconds * (1.0 - config.stretch) - 60.0 / beats.bpm:
         raise ClipError(
-            beats.source, found=f"beats until {beats.times_s[-1]:.1f} s", option="start",
+            beats.source, found=f"beats until {beats.times_s[-1]:.1f} s", option="end",
             expected=f"a song that goes on for the {seconds:.1f} s of the dance after {earliest:.1f} s",
         )  # fmt: skip
     landed = _landed(nodes, worth, beats, (earliest, latest), config)

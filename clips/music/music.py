@@ -46,10 +46,11 @@ class BeatError:
 
     median_ms: float
     p95_ms: float
-    on_beat: float  # share of the beats with an accent within 40 ms
+    on_beat: float  # share of the beats with an accent within 40 ms, of those that are danced to
 
 
 _ON_BEAT_MS = 40.0
+_NONE = BeatError(median_ms=np.nan, p95_ms=np.nan, on_beat=0.0)
 
 
 def beat_error(accents: Accents, beats_s: Float[ndarray, "B"], duration_s: float) -> BeatError:
@@ -57,13 +58,17 @@ def beat_error(accents: Accents, beats_s: Float[ndarray, "B"], duration_s: float
 
     Args:
         accents: of the dance.
-        beats_s: in the same time, 0 at the dance's first frame; those before it and after its end do not count [s].
+        beats_s: in the same time, 0 at the dance's first frame [s]. Those before it and after its end do not count, and none
+            that has no accent within a beat's length: the dancer rests.
         duration_s: of the dance [s].
     """
     danced = beats_s[(beats_s >= 0.0) & (beats_s <= duration_s)]
-    if not len(danced) or not len(accents.times_s):
-        return BeatError(median_ms=np.nan, p95_ms=np.nan, on_beat=0.0)
+    if not len(accents.times_s):
+        return _NONE
     off = 1e3 * np.abs(danced[:, None] - accents.times_s).min(axis=1)
+    off = off[off <= 1e3 * np.median(np.diff(beats_s))]
+    if not len(off):
+        return _NONE
     return BeatError(
         median_ms=float(np.median(off)),
         p95_ms=float(np.percentile(off, 95)),

@@ -92,5 +92,9 @@ def test_the_beat_error_is_by_hand():
     error = beat_error(accents, np.array([-1.0, 1.0, 2.0, 3.0, 9.0]), 4.0)  # two of the beats are not danced to
     assert error.median_ms == pytest.approx(50.0) and error.on_beat == pytest.approx(1 / 3)
     assert error.p95_ms == pytest.approx(95.0)
+    resting = Accents(times_s=np.array([0.98, 3.9]), strength=np.ones(2))
+    assert beat_error(resting, np.arange(0.0, 8.0), 8.0).p95_ms == pytest.approx(
+        1000.0, abs=110.0
+    )  # 5, 6, 7 do not count
     none = beat_error(Accents(times_s=np.zeros(0), strength=np.zeros(0)), np.array([1.0]), 4.0)
     assert np.isnan(none.median_ms) and none.on_beat == 0.0

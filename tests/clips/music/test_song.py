@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from beat_song import beats_of, write_song
 
 from clips import ClipError
 from clips.music import find_beats, loudness
+from clips.samples import beats_of, write_song
 
 pytest.importorskip("librosa")
 

@@ -1,24 +1,29 @@
-"""Songs made by computing: drums, a bass and chords at tempi that are known."""
+"""A song that nobody plays: drums, a bass and chords at tempi that are known. Everything is computed."""
+
+from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
+from numpy import ndarray
 from scipy.io import wavfile
 
-RATE = 22050
+RATE = 22_050  # samples a second
+FIRST_S = 0.6  # the first beat [s]
 
 
-def beats_of(*tempi, first_s=0.6):
+def beats_of(*tempi: tuple[float, int]) -> ndarray:
     """Beats of (beats a minute, bars of four) one after another [s]."""
     gaps = [60.0 / bpm for bpm, bars in tempi for _ in range(4 * bars)]
-    return first_s + np.concatenate(([0.0], np.cumsum(gaps)))
+    return FIRST_S + np.concatenate(([0.0], np.cumsum(gaps)))
 
 
-def write_song(path, beats, seed=0):
+def write_song(path: Path, beats: ndarray, seed: int = 0) -> Path:
     """A WAV with a drum on every beat, hats between, a bass and a chord a bar."""
     rng, sound = np.random.default_rng(seed), np.zeros(int((beats[-1] + 1.0) * RATE))
 
-    def put(at_s, wave):
+    def put(at_s: float, wave: ndarray) -> None:
         first = int(at_s * RATE)
         sound[first : first + len(wave)] += wave[: max(0, len(sound) - first)]
 
