@@ -1,6 +1,6 @@
 """How near dances land on the beats of a song: python benchmarks/music.py CLIP ... [--robot g1 dancer].
 
-The song is made by `clips.samples.write_song`, 104 and then 112 beats a minute; its beats are found by librosa and held against those
+The song is made by `clips.samples.write_song`, 104 and then 112 beats a minute; librosa finds its beats, held against those
 that it was made of. Each clip is brought to each robot at its recorded pace, begun where that fits best, and at the pace of the
 song; what stands in the table is measured on the robot's own motion.
 """
