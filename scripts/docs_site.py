@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ("*.md", "docs/*.md", "docs/tutorials/*.md", "benchmarks/*.md", "tracking/policies/README.md")
-BESIDE = ("docs/pictures/*.png", "docs/*.html")
+BESIDE = ("docs/pictures/*.png", "docs/pictures/*.webp", "docs/*.html")
 
 
 def main(out: Path) -> int:

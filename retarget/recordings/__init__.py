@@ -6,7 +6,7 @@ from retarget.recordings.pictures import save_still
 from retarget.recordings.plots import plot_report
 from retarget.recordings.retargeting_film import save_film
 from retarget.recordings.sound import Soundtrack
-from retarget.recordings.stories import save_comparison, save_moments, save_rehearsal, save_retargeting, save_rollouts
+from retarget.recordings.stories import save_comparison, save_rehearsal, save_retargeting, save_rollouts
 from retarget.recordings.viewer import show
 
 __all__ = [
@@ -15,7 +15,6 @@ __all__ = [
     "plot_report",
     "save_comparison",
     "save_film",
-    "save_moments",
     "save_rehearsal",
     "save_retargeting",
     "save_rollouts",

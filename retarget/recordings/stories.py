@@ -106,29 +106,6 @@ def save_rollouts(
         send_blueprint(log, plots, eye=(away, middle - 0.7, 0.5 * away), look=(0.0, middle, 0.72))
 
 
-def save_moments(path: Path, robot: RobotModel, reference: Reference, frames: ndarray, apart_m: float) -> None:
-    """Some frames of a dance side by side, each facing the eye as far as it faced its own beginning.
-
-    Args:
-        path: the recording.
-        robot: the robot.
-        reference: the dance.
-        frames: of it, (K,), the first at the left.
-        apart_m: between two [m].
-    """
-    with scene.recording(path, f"{robot.name}: moments") as log:
-        index = scene.timelines(np.arange(1), reference.fps)
-        scene.lay_floor(log, np.zeros((1, 3)), index, reference.fps)
-        middle = 0.5 * (len(frames) - 1)
-        poses = []
-        for k, t in enumerate(frames):
-            shift = np.array([0.0, apart_m * (k - middle), 0.0]) - np.append(reference.body_pos_w[t, 0, :2], 0.0)
-            poses.append((reference.body_pos_w[t, None] + shift, reference.body_quat_w[t, None]))
-        scene.draw_figures(log, "world/robots", visual_parts(robot), robot, poses, index)
-        away = 0.38 * apart_m * len(frames)
-        send_blueprint(log, [], eye=(away, 0.0, 0.9), look=(0.0, 0.0, 0.68))
-
-
 def save_rehearsal(
     path: Path, robot: RobotModel, qpos: ndarray, fps: float, series: Mapping[str, ndarray], text: str
 ) -> None:

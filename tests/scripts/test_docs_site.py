@@ -21,7 +21,7 @@ spec.loader.exec_module(site)
         ("[how](docs/faq.md)", "[how](docs/faq.md)"),
         ("[there](https://example.org/x.py)", "[there](https://example.org/x.py)"),
         ("[nowhere](docs/none.md)", "[nowhere](docs/none.md)"),
-        ("![picture](docs/pictures/dance.png)", "![picture](docs/pictures/dance.png)"),
+        ("![picture](docs/pictures/dance.webp)", "![picture](docs/pictures/dance.webp)"),
     ],
 )
 def test_links_to_code_become_names(text, out):
