@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 
+from cli import view
 from cli.judging import reference_for
 from cli.recordings import FilmOptions, film_of, show_live
 from cli.shell import ClipPath, FileOptions, TellOptions, Verdict, command, tell
+from robot_models import has_display
 
 
 @dataclass(frozen=True, kw_only=True)
 class Arguments:
-    """Watch a policy dance in the simulator, live; or a reference, as it is.
+    """Watch a policy dance in the simulator, live; or a reference, as it is. Without a display: on a page in the browser.
 
     Examples:
         dance-play groove-g1
@@ -46,8 +49,12 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def run(args: Arguments) -> int:
-    """Open what is named and show it."""
+    """Open what is named and show it: in a window, in a film, or on a page where there is no display for a window."""
     args.picture.check()
+    if args.picture.film is None and not has_display() and find_spec("viser") is not None:
+        return view.run(
+            view.Arguments(what=(args.what,), robot=args.robot, ref=args.ref, file=args.file, tell=args.tell)
+        )
     from tracking.evaluation import stream_policy, stream_reference
 
     with contextlib.ExitStack() as stack:

@@ -1,7 +1,7 @@
 """What a person looks at: Rerun recordings, films, pictures of reports. The one room that knows Rerun."""
 
 from retarget.recordings.film import write_film
-from retarget.recordings.off_screen import Shot
+from retarget.recordings.off_screen import Shot, as_it_looks
 from retarget.recordings.pictures import save_still
 from retarget.recordings.plots import plot_report
 from retarget.recordings.retargeting_film import save_film
@@ -12,6 +12,7 @@ from retarget.recordings.viewer import show
 __all__ = [
     "Shot",
     "Soundtrack",
+    "as_it_looks",
     "plot_report",
     "save_comparison",
     "save_film",

@@ -20,7 +20,7 @@ _TOUCHES = (0.2, 0.85, 0.45)
 _TRAILS = 0.12  # of the way to where it shall look, that the camera goes from one picture to the next
 
 
-def _as_it_looks(robot: RobotModel) -> Any:
+def as_it_looks(robot: RobotModel) -> Any:
     """The robot's model with its meshes where there are any, and something to thin them out; else with primitives."""
     if not any(part.kind == "mesh" for part in visual_parts(robot)):
         return robot.model
@@ -56,7 +56,7 @@ class Stage:
         draw_off_screen()
         import mujoco
 
-        self._mj, self._model = mujoco, _as_it_looks(robot)
+        self._mj, self._model = mujoco, as_it_looks(robot)
         self._data, self._other = mujoco.MjData(self._model), mujoco.MjData(self._model)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         try:

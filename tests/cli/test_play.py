@@ -38,13 +38,18 @@ def short(groove_file, tmp_path):
     return tmp_path / "short.npz"
 
 
-def test_without_a_display_the_way_to_a_film_is_shown(groove_file, monkeypatch, capsys):
+def test_without_a_display_it_is_a_page_or_the_way_to_a_film_is_shown(groove_file, monkeypatch, capsys):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     if not sys.platform.startswith("linux"):
         pytest.skip("other systems have a display")
+    monkeypatch.setattr(play, "find_spec", lambda name: None)
     assert play.main([str(groove_file)]) == 2
     assert "--film out.mp4" in capsys.readouterr().err
+    shown = []
+    monkeypatch.setattr(play, "find_spec", lambda name: name == "viser")
+    monkeypatch.setattr(play.view, "run", lambda args: shown.append(args.what) or 0)
+    assert play.main([str(groove_file)]) == 0 and shown == [(groove_file,)]
 
 
 def test_a_film_of_another_kind_or_size_is_refused(groove_file, tmp_path, capsys):
