@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,10 +20,10 @@ from cli.training import (
     run_details,
     run_verdict,
     slower,
+    teacher_of,
 )
 from clips import is_reference
 from robot_models.maths import silent
-from tracking import TrackingError
 
 if TYPE_CHECKING:
     from tracking import Run
@@ -58,7 +59,7 @@ def run(args: Arguments) -> int:
         refuse_run_that_is_there(folder)
     if args.teacher not in (AUTO, NOBODY):
         named_teacher(args.teacher)
-    teacher = _teacher(args, chosen, together)
+    teacher = teacher_of(args, chosen, together)
     keep_beginning(args, folder, teacher)
     print_plan(console, chosen, folder, teacher)
     if teacher is not None and not args.resume:
@@ -97,24 +98,14 @@ def _check(args: Arguments, chosen: Selection) -> int:
     return tell(check_verdict(found, solve, slower(args.ref, args.robot or chosen.robot.name)), args.tell, tables)
 
 
-def _teacher(args: Arguments, chosen: Selection, together: bool) -> Path | None:
-    from tracking import AUTO, NOBODY
-    from tracking.teaching import find_teacher
-
-    alone = not together and args.engine == "mujoco"
-    if not alone and args.teacher not in (AUTO, NOBODY):
-        raise TrackingError(
-            "--teacher", found="several processes or a GPU", expected="one process on the processor's cores",
-            cure="teaching takes minutes there", option="engine", suggestion="mujoco",
-        )  # fmt: skip
-    return find_teacher(args.teacher, chosen.robot.name, 1.0 / chosen.pieces[0].reference.fps) if alone else None
-
-
 def _train(args: Arguments, chosen: Selection, folder: Path, teacher: Path | None, follows: bool) -> Run:
+    from cli.viewing import training_page
     from tracking import teach, train
+    from tracking.training import nobody_looks
 
-    with progress("steps") as tell:
-        told = silent if follows else tell
+    page = training_page(chosen.robot, chosen.pieces) if args.view and not follows else nullcontext(nobody_looks)
+    with page as judged, progress("steps") as tell:
+        told, numbers, more = silent if follows else tell, args.numbers(), args.resume
         if teacher is None:
-            return train(chosen.robot, chosen.pieces, folder, args.numbers(), resume=args.resume, progress=told)
-        return teach(chosen.robot, chosen.pieces, folder, teacher, args.numbers(), resume=args.resume, progress=told)
+            return train(chosen.robot, chosen.pieces, folder, numbers, resume=more, progress=told, judged=judged)
+        return teach(chosen.robot, chosen.pieces, folder, teacher, numbers, resume=more, progress=told, judged=judged)

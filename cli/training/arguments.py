@@ -21,7 +21,7 @@ class Arguments:
         dance-train --ref out.npz
         dance-train --ref out.npz --teacher twist2_1017_20k.onnx
         dance-train --ref out.npz --check-ref
-        dance-train --ref out.npz --minutes 2
+        dance-train --ref out.npz --minutes 2 --view
         dance-train --ref out.npz --teacher none --ppo.hidden 512,256 --task.rewards.action-rate -0.2
         dance-train --ref out.npz -o runs/groove --resume
         dance-train --ref verse.npz chorus.npz -o runs/song
@@ -62,6 +62,8 @@ class Arguments:
     """Give every environment a robot of its own (friction, masses, gains, motors, biases, delays) and pushes."""
     resume: bool = False
     """Go on from the run's checkpoint."""
+    view: bool = False
+    """Open a page meanwhile (extra view): the latest policy beside its reference, where it falls, the curves."""
     recording: bool = True
     """Write a Rerun recording at the end."""
     check_ref: bool = False

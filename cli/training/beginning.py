@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cli.shell import as_toml
 from cli.training.arguments import Arguments
 from clips import write_whole
 from tracking import AUTO, NOBODY, TrackingError, TrainConfig
+
+if TYPE_CHECKING:
+    from tracking.task import Selection
 
 _TAUGHT_BY, _SETTINGS = "taught_by.txt", "config.toml"  # in a run's folder
 
@@ -49,3 +53,20 @@ def keep_beginning(args: Arguments, folder: Path, teacher: Path | None) -> None:
     ):
         with write_whole(folder / name) as stream:
             stream.write(text.encode())
+
+
+def teacher_of(args: Arguments, chosen: Selection, together: bool) -> Path | None:
+    """Who teaches, None for nobody.
+
+    Raises:
+        TrackingError: no such tracker, or it cannot teach there.
+    """
+    from tracking.teaching import find_teacher
+
+    alone = not together and args.engine == "mujoco"
+    if not alone and args.teacher not in (AUTO, NOBODY):
+        raise TrackingError(
+            "--teacher", found="several processes or a GPU", expected="one process on the processor's cores",
+            cure="teaching takes minutes there", option="engine", suggestion="mujoco",
+        )  # fmt: skip
+    return find_teacher(args.teacher, chosen.robot.name, 1.0 / chosen.pieces[0].reference.fps) if alone else None

@@ -2,5 +2,6 @@
 
 from cli.viewing.serve import serve
 from cli.viewing.shows import panel_of, show_of
+from cli.viewing.training_page import training_page
 
-__all__ = ["panel_of", "serve", "show_of"]
+__all__ = ["panel_of", "serve", "show_of", "training_page"]

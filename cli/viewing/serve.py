@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import webbrowser
 
+from rich.console import Console
+
 from cli.shell import interrupted_by_signals, make_console
 from cli.viewing.live_panel import LivePanel
 from cli.viewing.mending_panel import MendingPanel
@@ -23,14 +25,9 @@ def serve(show: Show, panel: MendingPanel | LivePanel | None, host: str, port: i
         browser: open one, where there is a display.
     """
     server = open_server(host, port)
-    taken, console = server.get_port(), make_console()
-    address = f"http://{'localhost' if host in ('127.0.0.1', '0.0.0.0') else host}:{taken}"
+    console = make_console()
     console.print(f"{show.title}: {show.verdict}")
-    console.print(f"look at it: {address}   (Ctrl-C ends it)")
-    if not has_display():
-        console.print(
-            f"from another machine: ssh -L {taken}:localhost:{taken} THIS_MACHINE, then the same address there"
-        )
+    address = announce(console, host, server.get_port(), "   (Ctrl-C ends it)")
     if panel is None:
         page = Page(server, show)
     else:
@@ -42,3 +39,12 @@ def serve(show: Show, panel: MendingPanel | LivePanel | None, host: str, port: i
             page.play(until=lambda: False)
     finally:
         close_server(server)
+
+
+def announce(console: Console, host: str, port: int, hint: str = "") -> str:
+    """Say where the page is, and how to come there; the address."""
+    address = f"http://{'localhost' if host in ('127.0.0.1', '0.0.0.0') else host}:{port}"
+    console.print(f"look at it: {address}{hint}")
+    if not has_display():
+        console.print(f"from another machine: ssh -L {port}:localhost:{port} THIS_MACHINE, then the same address there")
+    return address

@@ -93,7 +93,6 @@ class Page:
         self._moving = threading.RLock()  # clicks come from other threads
         server.gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False,
                                    show_share_button=False, dark_mode=False)  # fmt: skip
-        look_from_the_front(server, show, _PANEL_M)
         self.change(show)
 
     def change(self, show: Show) -> None:
@@ -102,6 +101,7 @@ class Page:
             seconds = self._frame / self._show.fps
             self._server.gui.reset()
             self._server.scene.reset()
+            look_from_the_front(self._server, show, _PANEL_M)
             self._show, self._scene = show, Scene(self._server.scene, show)
             self._build(self._server.gui)
             self.go_to(seconds * show.fps)

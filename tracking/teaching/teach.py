@@ -6,7 +6,7 @@ import io
 import json
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -39,6 +39,7 @@ from tracking.training import (
     export_bundle,
     export_tracker,
     make_algorithm,
+    nobody_looks,
     run_folder,
     torch_policy,
     write_curves,
@@ -58,6 +59,7 @@ def teach(
     *,
     resume: bool = False,
     progress: Progress = silent,
+    judged: Callable[[Run], None] = nobody_looks,
 ) -> Run:
     """Teach one policy one or several references until it reaches the target or the budget ends; saves as it goes.
 
@@ -69,6 +71,7 @@ def teach(
         config: all numbers; `steps` is the budget in labels where it is not the default.
         resume: go on from the folder's checkpoint.
         progress: told after every round.
+        judged: told after every judgement of the pupil.
 
     Raises:
         TrackingError: no tracker, or the run cannot be resumed.
@@ -88,7 +91,7 @@ def teach(
             _restore(run, lesson, pieces)
         else:
             _save(run, lesson, config, pieces)
-        _learn(run, lesson, pieces, config, progress)
+        _learn(run, lesson, pieces, config, progress, judged)
         lesson.keep_best()
         run.kept = max(run.curves, key=lambda row: _score(row, pieces), default={})
         if run.reached(config):  # there is nothing left to go on for
@@ -206,7 +209,12 @@ def _budget(config: TrainConfig, pieces: Sequence[NamedReference]) -> Distillati
 
 
 def _learn(
-    run: Run, lesson: Distillation, pieces: Sequence[NamedReference], config: TrainConfig, progress: Progress
+    run: Run,
+    lesson: Distillation,
+    pieces: Sequence[NamedReference],
+    config: TrainConfig,
+    progress: Progress,
+    judged: Callable[[Run], None],
 ) -> None:
     """Rounds of dancing, listening and learning, and judgements, until there is a reason to stop."""
     began, budget = time.perf_counter() - run.seconds, lesson.config.samples
@@ -233,6 +241,7 @@ def _learn(
                 lesson.judged(_score(row, pieces))
                 board.evaluation(run.steps, row)
                 _save(run, lesson, config, pieces)
+                judged(run)
                 run.stopped = run.reason_to_stop(config, budget)
             elif run.steps // _SAVE_EVERY > before // _SAVE_EVERY:
                 _save(run, lesson, config, pieces)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from tracking.training.checkpoint import load_checkpoint, restore, save_checkpoi
 from tracking.training.curves import TensorBoard, write_curves
 from tracking.training.distributed import join_team
 from tracking.training.ppo import Iteration, Trainer
-from tracking.training.run_record import Run, run_folder
+from tracking.training.run_record import Run, nobody_looks, run_folder
 from tracking.training.stop_signals import Signals
 
 _APART = 10_000  # between the seeds of the processes of a team
@@ -35,6 +35,7 @@ def train(
     *,
     resume: bool = False,
     progress: Progress = silent,
+    judged: Callable[[Run], None] = nobody_looks,
 ) -> Run:
     """Train one policy on one or several references until it reaches the target or the budget ends; saves as it goes.
 
@@ -45,6 +46,7 @@ def train(
         config: all numbers.
         resume: go on from the folder's checkpoint.
         progress: told after every iteration.
+        judged: told after every judgement.
 
     Raises:
         TrackingError: the run cannot be resumed, or its numbers stopped being finite.
@@ -66,7 +68,7 @@ def train(
             saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, motion_set_sha256(pieces))
             run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
             run.saved, run.before_s = run.steps, run.seconds
-        _learn(run, trainer, pieces, config, progress)
+        _learn(run, trainer, pieces, config, progress, judged)
         if team.is_leader:
             run.onnx_difference = max(
                 export_bundle(bundle_folder(folder, piece, pieces), trainer.actor, task, piece) for piece in pieces
@@ -75,13 +77,18 @@ def train(
 
 
 def _learn(
-    run: Run, trainer: Trainer, pieces: Sequence[NamedReference], config: TrainConfig, progress: Progress
+    run: Run,
+    trainer: Trainer,
+    pieces: Sequence[NamedReference],
+    config: TrainConfig,
+    progress: Progress,
+    judged: Callable[[Run], None],
 ) -> None:
     """Iterate and judge until there is a reason to stop."""
     team, sha, began = trainer.team, motion_set_sha256(pieces), time.perf_counter() - run.seconds
     with TensorBoard(run.folder if team.is_leader else None) as board, Signals() as signals:
         if not run.curves:
-            _judge(run, trainer, pieces, config, board, progress)
+            _judge(run, trainer, pieces, config, board, progress, judged)
         run.stopped = team.broadcast(run.reason_to_stop(config, config.steps))
         told_to, saved = "", time.monotonic()
         while not run.stopped:
@@ -93,7 +100,7 @@ def _learn(
             board.iteration(run.steps, result)
             progress("train", run.steps, run.comes_to(config, config.steps), _line(run, result))
             if run.steps // config.evaluate_every > (run.steps - result.steps) // config.evaluate_every:
-                _judge(run, trainer, pieces, config, board, progress)
+                _judge(run, trainer, pieces, config, board, progress, judged)
                 saved = time.monotonic()
             elif team.broadcast(time.monotonic() - saved > _SAVE_S):  # the leader's clock
                 _save(run, trainer, config, sha)
@@ -102,7 +109,7 @@ def _learn(
             run.stopped = team.broadcast(told_to or run.reason_to_stop(config, config.steps))
         # A run that is told to stop has little time: it saves, and is judged when it is resumed.
         if run.curves[-1]["steps"] != run.steps and not told_to:
-            _judge(run, trainer, pieces, config, board, progress)
+            _judge(run, trainer, pieces, config, board, progress, judged)
         _save(run, trainer, config, sha)
 
 
@@ -119,6 +126,7 @@ def _judge(
     config: TrainConfig,
     board: TensorBoard,
     progress: Progress,
+    judged: Callable[[Run], None],
 ) -> None:
     """Evaluate on every piece, note the means, save."""
     row: dict[str, float] = {}
@@ -128,6 +136,8 @@ def _judge(
     run.curves.append(row)
     board.evaluation(run.steps, row)
     _save(run, trainer, config, motion_set_sha256(pieces))
+    if trainer.team.is_leader:
+        judged(run)
 
 
 def _save(run: Run, trainer: Trainer, config: TrainConfig, sha: str) -> None:

@@ -90,6 +90,10 @@ class Run:
         return max(self.steps, min(steps, round(pace * (self.before_s + 60.0 * config.minutes))))
 
 
+def nobody_looks(run: Run) -> None:
+    """What is told of a judgement where nobody looks on."""
+
+
 @contextmanager
 def run_folder(folder: Path, resume: bool) -> Iterator[None]:
     """Make a run's folder, and hold it for as long as the block lasts.
