@@ -4,11 +4,12 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check -q
 OUT    ?= out
+PAGE   := tracking/playground
 # Where the package index gives a CUDA build of torch, its makers' index of CPU builds saves gigabytes:
 # make demo TORCH="torch==2.13.0 --index-url https://download.pytorch.org/whl/cpu"
 TORCH  ?= torch==2.13.0
 
-.PHONY: demo test test-slow test-pythons fuzz check docs wheel wheels clean
+.PHONY: web demo test test-slow test-pythons fuzz check docs wheel wheels clean
 
 $(VENV)/base: pyproject.toml tested-versions.txt
 	$(PYTHON) -m venv $(VENV)
@@ -58,6 +59,15 @@ check: $(VENV)/dev
 docs: $(VENV)/base
 	$(PIP) install -c tested-versions.txt -e '.[docs]'
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python scripts/docs_site.py $(OUT)/site
+	@# The policies that come with the package, to be played with, where their page's parts are built.
+	test ! -f $(PAGE)/built/playground.js || for name in groove-dancer groove-g1; do \
+	  $(BIN)/dance-export $$name --web $(OUT)/site/play/$$name.html || exit 1; done
+
+# The parts of a policy's page, from JavaScript and its packages: Node.js 20 or later. Without it the wheel has none.
+web: $(PAGE)/built/playground.js
+$(PAGE)/built/playground.js: $(PAGE)/web/package-lock.json $(wildcard $(PAGE)/web/src/*.js)
+	mkdir -p $(PAGE)/built
+	cd $(PAGE)/web && npm ci --ignore-scripts --no-audit --no-fund && npm run build
 
 wheel: $(VENV)/dev
 	rm -rf dist build

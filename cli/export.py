@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cli.shell import ClipPath, Out, TellOptions, Verdict, command, line, tell
+from cli.viewing import policy_page
 from clips import folder_aside
 from tracking import TrackingError
 
@@ -23,15 +24,21 @@ class Arguments:
     (what the trainer made of the first two seconds, which every runner has to repeat), beyondmimic.onnx (runs in
     BeyondMimic's deployers as one of theirs) and deploy.yaml (Unitree's layout).
 
+    With --web instead one page for a browser: the policy, its robot and the physics in a file that needs no network, to be
+    pushed and sent to friends. (Of a reference: dance-view.)
+
     Examples:
         dance-export runs/groove -o bundle
         dance-export groove-g1 -o bundle
+        dance-export groove-g1 --web groove.html
     """
 
     run: ClipPath
     """Folder that dance-train wrote, or groove-dancer or groove-g1, which come with the package."""
     out: Out = None
     """Folder of the bundle; a new one."""
+    web: Path | None = None
+    """Write a page (.html) instead."""
     robot: str | None = None
     """Path of the robot's profile, where it is not a built-in one."""
     tell: TellOptions = field(default_factory=TellOptions)
@@ -58,6 +65,8 @@ def _load(args: Arguments) -> Bundle:
 
 def run(args: Arguments) -> int:
     """Check, repeat the golden trace, write aside, rename."""
+    if args.web is not None:
+        return tell(policy_page(args.run, args.robot, None, args.web), args.tell)
     from tracking import read_golden, replay
     from tracking.policy import CONTRACT, GOLDEN, POLICY, REFERENCE, write_beyondmimic, write_unitree
 

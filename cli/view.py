@@ -11,6 +11,7 @@ import tyro
 
 from cli.shell import DONE, FileOptions, TellOptions, Verdict, command, make_folder, progress, some, tell
 from clips import OutputError
+from robot_models import DanceError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,24 +62,34 @@ def run(args: Arguments) -> int:
     if args.ref is not None and any(what.suffix in SUFFIXES for what in args.what):
         raise OutputError(f"--ref {args.ref}", found="motions beside it", expected="a tracker, which follows it")
     if args.web is not None:
-        make_folder(args.web)
+        return tell(_page(args, args.web), args.tell)
     what = args.what, args.robot, args.file
-    if args.web is None:
-        with contextlib.ExitStack() as stack:
-            panel = panel_of(*what, stack, args.ref)
-            show = show_of(*what, args.ref) if panel is None else panel.show
-            serve(show, panel, args.host, args.port, args.browser)
-        return DONE
-    show = show_of(*what, args.ref)
+    with contextlib.ExitStack() as stack:
+        panel = panel_of(*what, stack, args.ref)
+        show = show_of(*what, args.ref) if panel is None else panel.show
+        serve(show, panel, args.host, args.port, args.browser)
+    return DONE
+
+
+def _page(args: Arguments, web: Path) -> Verdict:
+    """Write the page: a policy with its physics where a page can compute both, else what it danced here."""
+    from cli.viewing import is_motion, policy_page, show_of
     from retarget.stage import save_page
 
+    make_folder(web)
+    alone = ""
+    if len(args.what) == 1 and not is_motion(args.what[0]):
+        try:
+            return policy_page(args.what[0], args.robot, args.ref, web)
+        except DanceError as e:
+            alone = f"what it danced here, without its physics: {e}"
+    show = show_of(args.what, args.robot, args.file, args.ref)
     with progress("frames") as follow:
-        save_page(args.web, show, follow)
-    megabytes = args.web.stat().st_size / 1e6
-    verdict = Verdict(
+        save_page(web, show, follow)
+    return Verdict(
         passed=show.passed,
         code=DONE,  # the page is there
-        line=f"{show.title}: {show.verdict}; one page of {megabytes:.1f} MB that needs no network",
-        written=(args.web,),
+        line=f"{show.title}: {show.verdict}; one page of {web.stat().st_size / 1e6:.1f} MB that needs no network",
+        notes=(alone,) if alone else (),
+        written=(web,),
     )
-    return tell(verdict, args.tell)

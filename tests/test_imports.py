@@ -20,7 +20,7 @@ HOUSE = {
         "errors contact config files metrics provenance clip reference reference_file checks edit music identify readers writers"
     ),
     "retarget": "errors rules config targets dynamics solver per_frame report recordings stage pipeline workflows",
-    "tracking": "errors config policy run_files engines task evaluation training teaching envs deploy",
+    "tracking": "errors config policy run_files engines task evaluation playground training teaching envs deploy",
     "cli": "shell recordings retargeting evaluating training deploying inspecting judging viewing *",
 }
 FLOORS = list(HOUSE)

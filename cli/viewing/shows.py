@@ -36,7 +36,7 @@ def show_of(files: Sequence[Path], robot: str | None, options: FileOptions, foll
     """
     if len(files) > 1:
         for file in files:
-            if not _is_motion(file):
+            if not is_motion(file):
                 raise ClipError(
                     str(file), found="a policy among motions", expected="motions", cure="show a policy alone"
                 )
@@ -44,7 +44,7 @@ def show_of(files: Sequence[Path], robot: str | None, options: FileOptions, foll
         told = {str(f) if names.count(f.name) > 1 else f.name: f for f in files}
         return show_side_by_side({name: _motion(file, robot, options) for name, file in told.items()})
     (file,) = files
-    if not _is_motion(file):
+    if not is_motion(file):
         return _danced(file, robot, options, follow)
     if is_reference(file):
         model, reference = _reference(file, robot)
@@ -67,7 +67,7 @@ def panel_of(
     if len(files) > 1:
         return None
     (file,) = files
-    if _is_motion(file):
+    if is_motion(file):
         mending = mending_of(files, robot, options)
         return None if mending is None else MendingPanel(mending)
     from tracking.evaluation import LiveDance
@@ -80,7 +80,7 @@ def panel_of(
 
 def mending_of(files: Sequence[Path], robot: str | None, options: FileOptions) -> Mending | None:
     """The mending of a recording that is brought to a robot; None for whatever is shown as it is."""
-    if len(files) > 1 or not _is_motion(files[0]) or is_reference(files[0]):
+    if len(files) > 1 or not is_motion(files[0]) or is_reference(files[0]):
         return None
     if robot is None and not isinstance(read_clip(files[0], options.reading()), HumanClip):
         return None
@@ -88,7 +88,7 @@ def mending_of(files: Sequence[Path], robot: str | None, options: FileOptions) -
         return Mending(files[0], robot or DEFAULT_ROBOT, options, told)
 
 
-def _is_motion(file: Path) -> bool:
+def is_motion(file: Path) -> bool:
     """A file, or one of its clips; else it is a policy.
 
     Raises:

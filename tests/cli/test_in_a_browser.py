@@ -119,3 +119,36 @@ def test_a_page_on_disk_plays_without_a_network_and_fetches_nothing(folder, groo
         page.js("1")
         assert not [url for url in page.fetched if url.startswith(("http", "ws"))], page.fetched
         assert page.picture(folder / "page.png").stat().st_size > 10_000
+
+
+def test_a_policys_page_has_its_physics_and_does_what_python_does(folder):
+    pytest.importorskip("torch")
+    from tracking.playground import BUILT
+
+    if not (BUILT / "playground.js").exists():
+        pytest.skip("make web")
+    code = "import sys; from cli.export import main; sys.exit(main(['groove-g1', '--web', 'g1.html']))"
+    assert subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True).returncode == 0
+    with Browser((folder / "g1.html").as_uri(), network=False) as page:
+        told = page.wait("js:(document.getElementById('golden').textContent.match(/to ([0-9.e-]+)$/) || [])[1]")
+        assert "✓" in page.text and float(told) < 1e-4
+        assert page.wait("js:window.dance && parseFloat(document.getElementById('time').textContent) > 0.1")
+        danced, falls = page.js(_DANCED.replace("PUSH", "0"))
+        assert (danced, falls) == (12.6, 0)  # to its end
+        danced, falls = page.js(_DANCED.replace("PUSH", "1.5"))
+        assert falls == 1 and 5.0 < danced < 7.0  # the control: pushed in second 5
+        page.click("▲")
+        assert not [url for url in page.fetched if url.startswith(("http", "ws"))], page.fetched
+
+
+_DANCED = """(() => {
+  const show = window.dance;
+  [show.playing, show.falls] = [false, 0];
+  show.begin();
+  let k = 0;
+  for (; show.policy.frame < show.policy.motion.frames - 1 && show.falls === 0; k++) {
+    if (k === 250) show.robot.push(PUSH, 0);
+    show.advance();
+  }
+  return [k * 0.02, show.falls];
+})()"""

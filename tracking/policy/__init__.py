@@ -15,7 +15,7 @@ from tracking.policy.bundle import (
 from tracking.policy.contract import FROM_REFERENCE, OF_ROBOT, Contract, Row, read_contract, write_contract
 from tracking.policy.feed_forward import joint_targets, target_range
 from tracking.policy.gains import standing_gains, with_gains
-from tracking.policy.golden_trace import Golden, read_golden, replay, write_golden
+from tracking.policy.golden_trace import TOLERANCE, Golden, read_golden, replay, write_golden
 from tracking.policy.measurement import Measurement
 from tracking.policy.motion import Motion, motion_of, one_after_another
 from tracking.policy.network import Policy, onnx_policy
@@ -33,6 +33,7 @@ __all__ = [
     "REFERENCE",
     "SHIPPED",
     "TERMS",
+    "TOLERANCE",
     "Bundle",
     "Contract",
     "Golden",
