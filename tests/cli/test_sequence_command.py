@@ -42,7 +42,10 @@ def test_the_command_tells_the_conventions_of_every_clip(tmp_path, monkeypatch, 
     assert [p.name for p in tmp_path.iterdir()] == ["groove_dancer.npz"]
 
 
+MORE_IS_BETTER = MetricKey.CONTACT_SHARE, MetricKey.ON_BEAT, MetricKey.ON_BEAT_RECORDED
+
+
 @pytest.mark.parametrize("key", list(MetricKey))
 def test_the_worse_of_two_values_is_the_smaller_where_more_is_better(key):
     low, high = (Metric(key=key, value=v, unit="", meaning="") for v in (1.0, 2.0))
-    assert low.worse_than(high) == (key is MetricKey.CONTACT_SHARE) != high.worse_than(low)
+    assert low.worse_than(high) == (key in MORE_IS_BETTER) != high.worse_than(low)

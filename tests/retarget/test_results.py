@@ -21,7 +21,7 @@ def test_everything_that_a_session_prints_is_short(groove, dancer):
 def test_a_result_is_kept_by_the_name_it_is_given(groove, tmp_path):
     assert load_reference(groove.save(tmp_path / "g.npz"), groove.robot).frames == groove.reference.frames
     assert groove.save(str(tmp_path / "g.rrd")).stat().st_size > 100_000
-    with pytest.raises(OutputError, match="npz, .rrd or .png"):
+    with pytest.raises(OutputError, match="npz, .rrd, .png or .mp4"):
         groove.save(tmp_path / "g.txt")
     assert read_clip(tmp_path / "g.npz").robot == groove.robot.name
 

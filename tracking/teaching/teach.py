@@ -2,34 +2,31 @@
 
 from __future__ import annotations
 
-import io
-import json
 import math
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import torch
 from tensordict import TensorDict
 
-from clips import write_whole
 from robot_models import RobotModel
 from robot_models.maths import Progress, silent
 from tracking.config import DistillationConfig, TrainConfig
 from tracking.errors import TrackingError
 from tracking.policy import SHIPPED
-from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256, read_rehearsal_set
+from tracking.task import NamedReference, TrackingTask, bundle_folder, read_rehearsal_set
 from tracking.teaching.distillation import Distillation
 from tracking.teaching.focus import Focus, focus
+from tracking.teaching.lesson_file import restore_lesson, save_lesson
 from tracking.teaching.teacher import TeacherTrainer, teaching_task
 from tracking.teaching.teacher_file import load_teacher, restore_teacher, save_teacher
 from tracking.teaching.who_teaches import REHEARSAL, adviser_of
 from tracking.training import (
     CHECKPOINT,
-    CURVES,
     LABELS,
     TEACHER,
     Run,
@@ -42,10 +39,7 @@ from tracking.training import (
     nobody_looks,
     run_folder,
     torch_policy,
-    write_curves,
 )
-
-FORMAT_VERSION = 1
 
 _SAVE_EVERY = 100_000  # labels between two checkpoints, at most: a minute or two; counted, so that runs repeat
 
@@ -88,9 +82,9 @@ def teach(
         lesson = _lesson(teacher, robot, pieces, folder, config)
         stack.callback(lesson.task.close)
         if going_on:
-            _restore(run, lesson, pieces)
+            restore_lesson(run, lesson, pieces)
         else:
-            _save(run, lesson, config, pieces)
+            save_lesson(run, lesson, config, pieces)
         _learn(run, lesson, pieces, config, progress, judged)
         lesson.keep_best()
         run.kept = max(run.curves, key=lambda row: _score(row, pieces), default={})
@@ -240,52 +234,11 @@ def _learn(
                 run.curves.append(row | {"loss": lesson.loss})
                 lesson.judged(_score(row, pieces))
                 board.evaluation(run.steps, row)
-                _save(run, lesson, config, pieces)
+                save_lesson(run, lesson, config, pieces)
                 judged(run)
                 run.stopped = run.reason_to_stop(config, budget)
             elif run.steps // _SAVE_EVERY > before // _SAVE_EVERY:
-                _save(run, lesson, config, pieces)
-
-
-def _save(run: Run, lesson: Distillation, config: TrainConfig, pieces: Sequence[NamedReference]) -> None:
-    """Everything that a resumed run needs; from here on both begin alike."""
-    state = {
-        "format_version": FORMAT_VERSION,
-        "lesson": lesson.state_dict(),
-        "config": json.dumps(asdict(config), sort_keys=True),
-        "reference_sha256": motion_set_sha256(pieces),
-        "progress": json.dumps({"steps": run.steps, "seconds": run.seconds, "curves": run.curves}),
-    }
-    content = io.BytesIO()
-    torch.save(state, content)  # to memory first: on a full disk torch names no disk
-    with write_whole(run.folder / CHECKPOINT) as stream:
-        stream.write(content.getbuffer())
-    if run.curves:
-        write_curves(run.folder / CURVES, run.curves)
-    lesson.begin_anew()
-    run.saved = run.steps
-
-
-def _restore(run: Run, lesson: Distillation, pieces: Sequence[NamedReference]) -> None:
-    path = run.folder / CHECKPOINT
-    try:
-        state = torch.load(path, weights_only=True, map_location="cpu")
-        lesson_state = state["lesson"]
-    except Exception as e:  # torch raises a different type for every way in which a file can be broken
-        raise TrackingError(
-            str(path), found=f"no run of teaching ({type(e).__name__})", expected="the checkpoint of one",
-            cure="resume with the teacher that the run began with",
-        ) from e  # fmt: skip
-    if state["reference_sha256"] != motion_set_sha256(pieces):
-        raise TrackingError(
-            str(path), found="a run on other references", expected="those that it began with", cure="name the same ones",
-            option="ref",
-        )  # fmt: skip
-    told = json.loads(state["progress"])
-    run.steps, run.seconds, run.curves = told["steps"], told["seconds"], told["curves"]
-    run.before_s = run.seconds
-    run.saved = run.steps
-    lesson.load_state_dict(lesson_state)
+                save_lesson(run, lesson, config, pieces)
 
 
 def _score(row: dict[str, float], pieces: Sequence[NamedReference]) -> float:
