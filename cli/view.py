@@ -18,7 +18,10 @@ from robot_models import DanceError
 class Arguments:
     """Look at a dance in the browser: robot and person, what the feet do, the floor's forces, and where it goes wrong.
 
+    Without a file the page waits for one to be dropped on it.
+
     Examples:
+        dance-view
         dance-view groove_g1.npz
         dance-view dance.bvh --robot g1
         dance-view before.npz after.npz
@@ -27,13 +30,16 @@ class Arguments:
         dance-view groove_g1.npz --web groove.html
     """
 
-    what: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    what: Annotated[tuple[Path, ...], tyro.conf.Positional] = ()
     """References, recordings of people, other tools' motions; several stand side by side. Or one policy: a folder, or the
     name of one that comes with the package."""
     robot: str | None = None
     """The robot that a recording is brought to; or the profile of a reference's."""
     ref: Path | None = None
     """What a tracker shall follow: any reference of its robot."""
+    tracker: str = "auto"
+    """What dances a recording with physics at a click: another lab's tracker (an ONNX), a name, none; auto: the robot's own
+    where one comes with the package."""
     web: Path | None = None
     """Write the page as one file (.html) that opens from disk without a network, and end."""
     host: str = "127.0.0.1"
@@ -58,14 +64,15 @@ def run(args: Arguments) -> int:
 
     if args.web is not None and args.web.suffix != ".html":
         raise OutputError(f"--web {args.web}", found="that name", expected="a file that ends in .html")
-    some(args.what, "a file or a policy")
+    if args.web is not None:
+        some(args.what, "a file or a policy")
     if args.ref is not None and any(what.suffix in SUFFIXES for what in args.what):
         raise OutputError(f"--ref {args.ref}", found="motions beside it", expected="a tracker, which follows it")
     if args.web is not None:
         return tell(_page(args, args.web), args.tell)
     what = args.what, args.robot, args.file
     with contextlib.ExitStack() as stack:
-        panel = panel_of(*what, stack, args.ref)
+        panel = panel_of(*what, stack, args.ref, args.tracker)
         show = show_of(*what, args.ref) if panel is None else panel.show
         serve(show, panel, args.host, args.port, args.browser)
     return DONE

@@ -7,7 +7,7 @@ from cli.shell.options import ClipPath, FileOptions, Out, make_folder, recording
 from cli.shell.progress_bar import progress
 from cli.shell.settings import as_toml, from_file, from_words
 from cli.shell.telling import TellOptions, tell
-from cli.shell.terminal import BELOW_GATE, DONE, GATE, REFUSED, SOME_REFUSED, command, flag
+from cli.shell.terminal import BELOW_GATE, DONE, GATE, REFUSED, SOME_REFUSED, command, flag, parse
 from cli.shell.typed import again, line
 from cli.shell.verdict import Trouble, Verdict
 
@@ -36,6 +36,7 @@ __all__ = [
     "made_for",
     "make_console",
     "make_folder",
+    "parse",
     "progress",
     "recording_name",
     "some",

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import tempfile
 import threading
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from retarget.stage import Figure, Page, Show, inset
+from clips import save_reference
+from retarget import Retargeted
+from retarget.stage import Figure, Page, Panel, Show, inset
 from robot_models import forward_kinematics
 
 if TYPE_CHECKING:
     from tracking.evaluation import Hindrance, LiveDance
 
+NOBODY, AUTO = "none", "auto"
 _PUSHES = {"◀": (0.0, 1.0), "▲": (1.0, 0.0), "▼": (-1.0, 0.0), "▶": (0.0, -1.0)}  # forward, left
 _AFTER_S = 1.0  # a fall is looked at for so long
 
@@ -20,9 +26,9 @@ _AFTER_S = 1.0  # a fall is looked at for so long
 class LivePanel:
     """A live dance on a page: what was danced stays on the time line, and the next frame is simulated as it is shown."""
 
-    def __init__(self, dance: LiveDance, name: str) -> None:
-        """Begin with the reference where nothing is danced yet."""
-        self._dance, self._name = dance, name
+    def __init__(self, dance: LiveDance, name: str, back: Panel | None = None) -> None:
+        """Begin with the reference where nothing is danced yet; `back` gets the page when one has seen enough."""
+        self._dance, self._name, self._before = dance, name, back
         reference = dance.reference
         self._pos, self._quat = (np.array(a) for a in (reference.body_pos_w, reference.body_quat_w))
         self._waits = 0
@@ -49,6 +55,8 @@ class LivePanel:
     def build(self, gui: Any) -> None:
         """Add the controls."""
         self._news = gui.add_html("")
+        if self._before is not None:
+            gui.add_button("back to mending").on_click(lambda _: self._back())
         with gui.add_folder("push it"):
             push = gui.add_button_group("towards", tuple(_PUSHES), hint="▲: the way that it faces")
             strength = gui.add_slider("m/s", 0.1, 2.0, 0.1, 0.5)
@@ -79,6 +87,12 @@ class LivePanel:
         self._news.content = inset(f"{state}; falls: {dance.falls}")
         return dance.frame
 
+    def _back(self) -> None:
+        if self.page is not None and self._before is not None:
+            self.page.present(self._before)
+        with self._busy:
+            self._dance.close()
+
     def _begin(self, hindrance: Hindrance | None) -> None:
         self._waits = 0
         self._dance.restart(hindrance)
@@ -100,3 +114,28 @@ class LivePanel:
             self._begin(wanted)
         if self.page is not None:
             self.page.go_to(0)
+
+
+def tracker_of(asked: str, robot: str) -> Path | None:
+    """The tracker that was asked for, None for nobody; "auto": the robot's own, where one comes with the package."""
+    from tracking.policy import CONTRACT, SHIPPED
+
+    if asked == NOBODY or (asked == AUTO and find_spec("onnxruntime") is None):
+        return None
+    named = Path(f"tracker-{robot}" if asked == AUTO else asked)
+    return named if asked != AUTO or (SHIPPED / named / CONTRACT).is_file() else None
+
+
+def live_panel_of(tracker: Path, result: Retargeted, back: Panel) -> LivePanel:
+    """A tracker that dances what came of a retargeting.
+
+    Raises:
+        TrackingError: no tracker, or not one of that robot.
+    """
+    from tracking.evaluation import LiveDance
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "dance.npz"
+        save_reference(result.reference, file)
+        dance = LiveDance(tracker, result.robot.name, reference=file)
+    return LivePanel(dance, tracker.name, back)

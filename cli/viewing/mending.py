@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import tempfile
+from contextvars import copy_context
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import tyro
-
 from cli.retargeting import Arguments, check_one, read_dances, save_result, solve_dances
-from cli.shell import FileOptions, line
+from cli.shell import FileOptions, line, parse
+from cli.viewing.weight_controls import option_of
 from clips import clip_stem, read_clip, write_whole
 from retarget import ContactEdit, KeyFrame, Retargeted, RetargetError
 from robot_models import load_robot
@@ -31,6 +31,7 @@ class Edits:
     mirror: bool = False
     touches: tuple[ContactEdit, ...] = ()  # seconds of the dance
     keys: tuple[KeyFrame, ...] = ()
+    weights: tuple[tuple[str, float], ...] = ()  # of the solver, that are not the usual ones
 
     def words(self, clip: Path, file: FileOptions, folder: Path) -> list[str]:
         """What is typed after the command; CSVs of touches and key frames lie in the folder."""
@@ -41,6 +42,8 @@ class Edits:
         words += ["--speed", f"{self.speed:g}"] * (self.speed != 1.0) + ["--mirror"] * self.mirror
         words += ["--contacts", str(csv_beside(clip, TOUCHES, folder))] * bool(self.touches)
         words += ["--keys", str(csv_beside(clip, KEYS, folder))] * bool(self.keys)
+        for name, value in self.weights:
+            words += [option_of(name), f"{value:g}"]
         return words
 
 
@@ -69,6 +72,12 @@ class Mending:
         self.edits = Edits(robot=robot)
         whole = read_clip(clip, file.reading())
         self.length_s = (whole.frames - 1) / whole.fps
+        told = whole.source
+        self.recognised = (
+            told.dialect,
+            f"{whole.frames} frames at {whole.fps:.6g} fps",
+            *map(str, (*told.findings, *told.repairs)),
+        )
         self.solve(self.edits, progress)
 
     @property
@@ -88,12 +97,14 @@ class Mending:
             DanceError: edits that cannot go together, or that the recording does not allow.
         """
         with tempfile.TemporaryDirectory() as folder:
-            args = self._arguments(edits, Path(folder))
-            dances = read_dances(args)
-            result, _ = solve_dances(dances, load_robot(args.robot), args, progress)
+            result = copy_context().run(self._solved, edits, Path(folder), progress)
         self.edits = edits
         self._done.append((edits, result))
         return result
+
+    def _solved(self, edits: Edits, folder: Path, progress: Progress) -> Retargeted:
+        args = self._arguments(edits, folder)
+        return solve_dances(read_dances(args), load_robot(args.robot), args, progress)[0]
 
     def undo(self) -> bool:
         """Take the last step back; whether there was one."""
@@ -105,10 +116,13 @@ class Mending:
 
     def write(self) -> list[Path]:
         """Write the reference, its recording, and the CSVs that the command names, in the current folder."""
-        args = self._arguments(self.edits, Path())
-        written = save_result(self.result, read_dances(args), args)
+        written = copy_context().run(self._written)
         csvs = ((TOUCHES, self.edits.touches), (KEYS, self.edits.keys))
         return written + [csv_beside(self._clip, what, Path()) for what, rows in csvs if rows]
+
+    def _written(self) -> list[Path]:
+        args = self._arguments(self.edits, Path())
+        return save_result(self.result, read_dances(args), args)
 
     def _arguments(self, edits: Edits, folder: Path) -> Arguments:
         touches = [f"{t.start:.3f},{t.end:.3f},{t.edge},{t.kind}" for t in edits.touches]
@@ -116,7 +130,7 @@ class Mending:
         _write(csv_beside(self._clip, TOUCHES, folder), "start,end,edge,kind", touches)
         _write(csv_beside(self._clip, KEYS, folder), "time,joint,value", keys)
         words = edits.words(self._clip, self._file, folder)
-        args = tyro.cli(Arguments, args=words, config=(tyro.conf.OmitArgPrefixes,))
+        args = parse(Arguments, words, "dance-retarget")
         check_one(args)
         return args
 
@@ -133,7 +147,7 @@ class Mending:
                 "touches and joints", found="seconds that are dropped beside them", expected="a dance in one piece",
                 cure="keep one stretch of seconds, and drop none",
             )  # fmt: skip
-        cut = replace(new, touches=now.touches, keys=now.keys)
+        cut = replace(new, touches=now.touches, keys=now.keys, weights=now.weights)
         if (now.touches or now.keys) and cut != now:
             raise RetargetError(
                 "another cut, speed, side or robot", found="touches or joints that are stated in this dance's seconds",

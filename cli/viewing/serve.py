@@ -8,13 +8,11 @@ import webbrowser
 from rich.console import Console
 
 from cli.shell import interrupted_by_signals, make_console
-from cli.viewing.live_panel import LivePanel
-from cli.viewing.mending_panel import MendingPanel
-from retarget.stage import Page, Show, close_server, open_server
+from retarget.stage import Page, Panel, Show, close_server, open_server
 from robot_models import has_display
 
 
-def serve(show: Show, panel: MendingPanel | LivePanel | None, host: str, port: int, browser: bool) -> None:
+def serve(show: Show, panel: Panel | None, host: str, port: int, browser: bool) -> None:
     """Open the page and play.
 
     Args:

@@ -10,12 +10,13 @@ import numpy as np
 
 from cli.judging import judge_all, reference_for
 from cli.shell import FileOptions, make_console, progress
-from cli.viewing.live_panel import LivePanel
+from cli.viewing.live_panel import NOBODY, LivePanel
 from cli.viewing.mending import Mending
 from cli.viewing.mending_panel import MendingPanel, show_of_result
+from cli.viewing.upload_panel import UploadPanel
 from clips import ClipError, HumanClip, Reference, file_and_name, is_reference, load_reference, read_clip
 from retarget import Retargeted, dynamics_of
-from retarget.stage import Figure, Show, show_reference, show_side_by_side
+from retarget.stage import Figure, Panel, Show, show_reference, show_side_by_side
 from retarget.workflows import SUFFIXES
 from robot_models import DEFAULT_ROBOT, RobotModel, forward_kinematics, load_robot
 
@@ -53,8 +54,13 @@ def show_of(files: Sequence[Path], robot: str | None, options: FileOptions, foll
 
 
 def panel_of(
-    files: Sequence[Path], robot: str | None, options: FileOptions, stack: ExitStack, follow: Path | None = None
-) -> MendingPanel | LivePanel | None:
+    files: Sequence[Path],
+    robot: str | None,
+    options: FileOptions,
+    stack: ExitStack,
+    follow: Path | None = None,
+    tracker: str = NOBODY,
+) -> Panel | None:
     """What can be done beside looking, where one looks live: a recording is mended, a policy pushed; else None.
 
     Args:
@@ -63,13 +69,16 @@ def panel_of(
         options: as for `show_of`.
         stack: keeps what a policy needs for as long as it dances.
         follow: as for `show_of`.
+        tracker: as for `MendingPanel`.
     """
+    if not files:
+        return UploadPanel(robot or DEFAULT_ROBOT, options, tracker)
     if len(files) > 1:
         return None
     (file,) = files
     if is_motion(file):
         mending = mending_of(files, robot, options)
-        return None if mending is None else MendingPanel(mending)
+        return None if mending is None else MendingPanel(mending, tracker)
     from tracking.evaluation import LiveDance
 
     ref = stack.enter_context(reference_for(follow, options, make_console()))

@@ -9,7 +9,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from clips import OutputError
 from retarget.stage.lanes import inset, lanes_svg, legend, playhead, report_table
@@ -69,6 +69,24 @@ def look_from_the_front(server: Any, show: Show, aside_m: float = 0.0) -> None:
     camera.position, camera.look_at, camera.fov = (away, middle - 0.4, 0.35 * away), (0.0, middle, 0.72), 0.62
 
 
+@runtime_checkable
+class Panel(Protocol):
+    """A show, and what can be done beside looking at it."""
+
+    page: Page | None
+
+    @property
+    def show(self) -> Show:
+        """What there is to see."""
+
+    @property
+    def ahead(self) -> Callable[[int], int] | None:
+        """As of `Page`."""
+
+    def build(self, gui: Any) -> None:
+        """Add controls to the page, given viser's `gui`."""
+
+
 class Page:
     """A show on a server; plays as soon as it is there."""
 
@@ -94,6 +112,14 @@ class Page:
         server.gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False,
                                    show_share_button=False, dark_mode=False)  # fmt: skip
         self.change(show)
+
+    def present(self, panel: Panel) -> None:
+        """Show something else, with other controls, from its beginning on."""
+        with self._moving:
+            self._panel, self._ahead, panel.page = panel.build, panel.ahead, self
+            self._frame = 0.0
+            self._pause(False)
+            self.change(panel.show)
 
     def change(self, show: Show) -> None:
         """Show something else, from the same second on."""

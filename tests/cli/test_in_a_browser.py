@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 import pytest
 from browser import Browser, needs_browser
-from conftest import SAMPLES
+from conftest import SAMPLES, SHARED
 
 pytest.importorskip("viser")
 pytestmark = [needs_browser, pytest.mark.slow]
@@ -75,6 +75,34 @@ def test_a_recording_plays_is_mended_and_its_command_writes_the_same_bytes(folde
     code = f"import sys; from cli.retarget import main; sys.exit(main({words!r}))"
     assert subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True).returncode == 0
     assert (folder / "groove_dancer.npz").read_bytes() == ours
+
+
+def dropped(page, file):
+    """What a file does that is dropped on the page's button."""
+    root = page.ask("DOM.getDocument", depth=-1)["root"]["nodeId"]
+    button = page.ask("DOM.querySelector", nodeId=root, selector="input[type=file]")["nodeId"]
+    page.ask("DOM.setFileInputFiles", nodeId=button, files=[str(file)])
+
+
+def test_a_recording_is_dropped_on_the_page_refused_without_its_rate_and_danced_with_physics(tmp_path):
+    pytest.importorskip("torch")
+    tracker = SHARED.parent / "policies" / "twist2_1017_20k.onnx"
+    clip, bare = SHARED / "bvh" / "fair1_dab.bvh", SHARED / "csv" / "g1moves_tiktok.csv"
+    if not (tracker.exists() and clip.exists()):
+        pytest.skip("no shared clips")
+    words = ["--robot", "g1", "--tracker", tracker, "--port", 8430]
+    with served(tmp_path, "view", *words) as address, Browser(address) as page:
+        page.wait("drop a recording here")
+        dropped(page, bare)
+        page.wait("state it above: --fps")
+        dropped(page, clip)
+        page.wait("every gate holds")
+        assert "dance-retarget fair1_dab.bvh --robot g1" in page.text
+        page.click("dance it with physics")
+        page.wait("mm off; falls")
+        page.click("back to mending")
+        page.wait("solve again")
+    assert (tmp_path / "fair1_dab.bvh").read_bytes() == clip.read_bytes()
 
 
 def test_a_policy_dances_and_falls_where_it_is_pushed_hard(folder):

@@ -17,9 +17,12 @@ import cli.retarget
 import cli.view
 from cli.shell import FileOptions
 from cli.viewing import panel_of, show_of
+from cli.viewing.live_panel import tracker_of
 from cli.viewing.mending import Edits, Mending
 from cli.viewing.mending_panel import MendingPanel, show_of_result
 from cli.viewing.shows import mending_of
+from cli.viewing.touch_controls import moved, touches_of
+from cli.viewing.upload_panel import UploadPanel
 from clips import save_reference
 from retarget import ContactEdit, KeyFrame, RetargetError
 
@@ -39,9 +42,15 @@ def test_a_mended_dance_is_what_its_command_writes(clip, tmp_path, capsys):
     mending = Mending(clip, "dancer", FileOptions())
     touch = ContactEdit(start=0.2, end=0.9, edge="left_heel", kind="planted")
     key = KeyFrame(time=1.0, joint="left_elbow", value=-0.8)
-    mending.solve(
-        mending.mended(start=1.0, end=4.0, mirror=True, speed=0.9, touches=(touch,), keys=(key,)), lambda *_: None
-    )
+    changes = {
+        "start": 1.0,
+        "end": 4.0,
+        "mirror": True,
+        "speed": 0.9,
+        "weights": (("arm", 9.5), ("pelvis_position", 40.0)),
+    }
+    mending.solve(mending.mended(touches=(touch,), keys=(key,), **changes), lambda *_: None)
+    assert mending.command.endswith("--weights.arm 9.5 --weights.pelvis-position 40")
     written = [path.name for path in mending.write()]
     assert written == ["groove_dancer.npz", "groove_dancer.rrd", "groove_touches.csv", "groove_keys.csv"]
     ours = (tmp_path / "groove_dancer.npz").read_bytes()
@@ -82,7 +91,7 @@ class Gui:
             if isinstance(value, tuple | list) and value and isinstance(value[0], str):
                 value = value[0]  # a choice
             handle = SimpleNamespace(value=value, content=label, press=None)
-            handle.on_click = handle.on_update = lambda act: setattr(handle, "press", act)
+            handle.on_click = handle.on_update = handle.on_upload = lambda act: setattr(handle, "press", act)
             self.by_label[label] = handle
             return contextlib.nullcontext() if name == "add_folder" else handle
 
@@ -117,6 +126,59 @@ def test_controls_become_edits_and_a_refusal_is_told_in_its_place(clip):
     assert len(shown) == 3 and "refused" in panel._news.content
     gui.by_label["take the last step back"].press(None)
     assert mending.edits == Edits(robot="dancer") and len(shown) == 4
+
+
+def test_a_touch_is_dragged_by_its_end_and_weights_are_chosen(clip):
+    mending = Mending(clip, "dancer", FileOptions())
+    panel, gui = MendingPanel(mending), Gui()
+    panel.page = SimpleNamespace(seconds=2.5, change=lambda show: None)
+    panel.build(gui)
+    before = touches_of(mending.result.reference, "right_heel")
+    gui.by_label["part"].value = "right_heel"
+    gui.by_label["part"].press(None)
+    assert len(gui.by_label["touch"].options) == len(before) + 1
+    assert gui.by_label["its ends"].value == (round(before[0].start, 2), round(before[0].end, 2))
+    end = round(before[0].end - 0.3, 2)
+    gui.by_label["its ends"].value = (before[0].start, end)
+    gui.by_label["solve with it"].press(None)
+    after = touches_of(mending.result.reference, "right_heel")
+    assert after[0].end == pytest.approx(end, abs=0.03) and before[0].end - after[0].end > 0.2
+    assert [t.kind for t in mending.edits.touches] == ["free", before[0].kind]
+    gui.by_label["arms as the person's"].value = "4"
+    gui.by_label["solve with these"].press(None)
+    assert mending.edits.weights == (("arm", 76.0),) and len(mending.edits.touches) == 2
+
+
+def test_what_is_dropped_is_kept_solved_or_asked_about(clip, tmp_path):
+    panel, gui, presented = UploadPanel("dancer", FileOptions(), "none"), Gui(), []
+    panel.page = SimpleNamespace(present=presented.append)
+    assert panel.show.figures[0].robot.name == "dancer"
+    panel.build(gui)
+    content = (SAMPLES / "groove.csv").read_bytes()
+    panel._came("../../dance.csv", content)  # a name is no path
+    assert (tmp_path / "dance.csv").read_bytes() == content
+    assert isinstance(presented[0], MendingPanel) and "fps" in " ".join(presented[0]._mending.recognised)
+    panel._came("dance.csv", b"another")
+    assert "another file of that name" in panel._news.content
+    gui.by_label["what you state about it"].value = "--nonsense 3"
+    panel._came("more.csv", content)
+    assert "not understood" in panel._news.content and len(presented) == 1
+    gui.by_label["what you state about it"].value = "--stature 1.5"
+    gui.by_label["try again"].press(None)
+    assert len(presented) == 2 and presented[1]._mending.command.endswith("--stature 1.5")
+
+
+def test_who_dances_a_recording_with_physics():
+    pytest.importorskip("onnxruntime")
+    assert tracker_of("none", "g1") is None and tracker_of("auto", "talos") is None
+    assert tracker_of("auto", "g1") == Path("tracker-g1") and tracker_of("mine.onnx", "talos") == Path("mine.onnx")
+
+
+def test_what_is_left_of_a_touch_that_moves_is_free():
+    old = ContactEdit(start=1.0, end=2.0, edge="left_toe", kind="planted")
+    new = ContactEdit(start=1.5, end=2.5, edge="left_toe", kind="pivoting")
+    assert moved(old, new) == (ContactEdit(start=1.0, end=1.5, edge="left_toe", kind="free"), new)
+    assert moved(None, new) == (new,) and moved(old, old) == (old,)
 
 
 def test_what_is_shown_of_each_kind_of_file(groove, groove_file, clip, tmp_path):
@@ -169,7 +231,7 @@ def test_the_command_writes_one_page_or_refuses(groove_file, tmp_path, capsys):
     assert cli.view.main([str(groove_file), "--web", str(out)]) == 0
     assert out.stat().st_size > 1e6 and "page of" in capsys.readouterr().out
     for words, said in (
-        ([], "no file named"),
+        (["--web", "page.html"], "no file named"),
         ([str(groove_file), "--web", "page.rrd"], "ends in .html"),
         ([str(tmp_path / "no.npz")], "no such file"),
     ):
