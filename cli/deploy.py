@@ -13,7 +13,7 @@ from cli.deploying import Arguments, check, checked, performance_verdict
 from cli.shell import Background, command, make_console, tell
 
 if TYPE_CHECKING:
-    from tracking.deploy import Outlet, Performance, RobotLimits, StateReader
+    from tracking.deploy import Outlet, Performance, RobotLimits, SongPlayer, Stage, StateReader
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -46,22 +46,47 @@ def run(args: Arguments) -> int:
 
 
 def _perform(args: Arguments, log: Path, say: Callable[[str], None], parent: int) -> Performance:
-    from tracking.deploy import LOSS, Controller, Guard, GuardConfig, Stage, StageConfig, perform, stop_key
+    from tracking.deploy import LOSS, Controller, Guard, GuardConfig, StageConfig, perform, stop_key
 
     runner, limits = checked(args, say)
     guard = Guard(limits, GuardConfig(loss=LOSS) if args.rehearse else None)
     controller = Controller(runner, guard, StageConfig(loops=args.loops, stand_s=args.stand))
-    with stop_key() as stopped, _wires(args, log, limits, say) as (reader, outlet):
+    with _song(args, say) as song, stop_key() as stopped, _wires(args, log, limits, say) as (reader, outlet):
         stopped.begun = True
         say(
             f"listening on {args.interface}; {'commands follow' if args.send or args.rehearse else 'a dry run: nothing is sent'}"
         )
         return perform(
             controller, reader, outlet, stopped=stopped, parent=parent,
-            tell=lambda stage, dances: say(
-                f"{stage.value}{f' {dances + 1} of {args.loops}' if stage is Stage.DANCE else ''}"
-            ),
+            tell=lambda stage, dances: _told(stage, dances, args.loops, song, say),
         )  # fmt: skip
+
+
+def _told(stage: Stage, dances: int, loops: int, song: SongPlayer | None, say: Callable[[str], None]) -> None:
+    """A stage begins: the song with the dance, silence with every other."""
+    dancing = stage.value == "dance"
+    if song is not None:
+        (song.begin if dancing else song.end)()
+    say(f"{stage.value}{f' {dances + 1} of {loops}' if dancing else ''}")
+
+
+@contextlib.contextmanager
+def _song(args: Arguments, say: Callable[[str], None]) -> Iterator[SongPlayer | None]:
+    """The song, ready to begin."""
+    if args.music is None:
+        yield None
+        return
+    from clips.music import music_of
+    from tracking import load_bundle
+    from tracking.deploy import SongPlayer
+
+    reference = load_bundle(args.bundle, reference=args.ref).reference
+    music, at_s = music_of(reference), args.music_at
+    if at_s is None:
+        at_s = reference.dance.start / reference.fps if music is None else music.song_at_s
+    with SongPlayer(args.music, at_s, args.music_late) as song:
+        say(f"{args.music.name} is ready; the loudspeaker is {1e3 * song.late_s:.0f} ms late, which is made up for")
+        yield song
 
 
 @contextlib.contextmanager

@@ -31,6 +31,7 @@ class Arguments:
         dance-deploy groove-g1 --rehearse --loops 4 --recording rehearsal.rrd --json rehearsal.json
         dance-deploy groove-g1 --rehearse --fault battery
         dance-deploy tracker-g1 --ref dance_g1.npz --rehearse
+        dance-deploy bundle --music song.mp3 --rehearse
         dance-deploy groove-g1 --interface eth0
         dance-deploy groove-g1 --interface eth0 --send --i-stand-clear
     """
@@ -53,6 +54,13 @@ class Arguments:
     """Dances, with a stand between them; 0: the stand alone."""
     stand: float = 1.0
     """How long each stand lasts [s]."""
+    music: Path | None = None
+    """A song to be played here while the robot dances (WAV, FLAC, OGG, MP3); it begins as the reference says, else with the
+    dance."""
+    music_at: float | None = None
+    """Second of the dance at which it begins instead; below 0: so much of it is skipped."""
+    music_late: float | None = None
+    """What the loudspeaker is late by, in seconds; default: what its driver says."""
     fault: str = ""
     """Something that goes wrong in the rehearsal, to see what becomes of it: tilt, battery, remote, silence, ..."""
     fault_after: float = 4.0
@@ -71,7 +79,10 @@ def check(args: Arguments) -> None:
     from tracking.deploy import FAULTS
 
     recording_name(args.recording)
-
+    if args.music is not None and not args.music.is_file():
+        raise TrackingError(f"--music {args.music}", found="no such file", expected="a song")
+    if args.music is None and (args.music_at is not None or args.music_late is not None):
+        raise TrackingError("--music-at or --music-late", found="no music", expected="--music SONG")
     if args.rehearse and args.interface != "lo":
         raise TrackingError(
             "--rehearse", found=f"--interface {args.interface}", expected="a rehearsal on loopback alone"

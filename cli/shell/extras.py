@@ -23,7 +23,7 @@ PARTS: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
     "c3d": ("C3D recordings", (("ezc3d", "ezc3d"),)),
     "film": ("films of policies", (("imageio-ffmpeg", "imageio_ffmpeg"),)),
     "view": ("a dance in the browser", (("viser", "viser"), ("fast-simplification", "fast_simplification"))),
-    "music": ("beats of a song", (("librosa", "librosa"), ("soundfile", "soundfile"))),
+    "music": ("beats of a song", (("librosa", "librosa"), ("soundfile", "soundfile"), ("sounddevice", "sounddevice"))),
     "scale": ("batches on a cluster", (("ray", "ray"),)),
     "gpu": ("training on a GPU", (("mujoco-warp", "mujoco_warp"), ("warp-lang", "warp"))),
 }  # fmt: skip

@@ -14,6 +14,7 @@ from tracking.deploy.rehearsal import (
 )
 from tracking.deploy.robot_limits import RobotLimits
 from tracking.deploy.sdk_output import sdk_output_aside
+from tracking.deploy.song import SongPlayer
 from tracking.deploy.stages import Controller, Stage, StageConfig
 from tracking.deploy.stopping import stop_key
 from tracking.deploy.transport import CRC_COMPLAINT, ControllerTransport, own_tag
@@ -32,6 +33,7 @@ __all__ = [
     "Rehearsed",
     "RehearsedFault",
     "RobotLimits",
+    "SongPlayer",
     "Stage",
     "StageConfig",
     "StateReader",
