@@ -11,7 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robot_models.errors import RobotError
-from robot_models.incoming import MAX_BODIES, MAX_ELEMENTS, MAX_MODEL, printable, read_text, refusal_of_child
+from robot_models.incoming import (
+    MAX_BODIES,
+    MAX_ELEMENTS,
+    MAX_MODEL,
+    printable,
+    read_text,
+    refusal_of_child,
+    split_joints,
+)
 from robot_models.profile import RobotProfile, Source
 
 if TYPE_CHECKING:
@@ -66,7 +74,7 @@ def _text_of(path: Path) -> str:
 
 
 def open_spec(path: Path, *, primitives: bool = True, repair: bool = False) -> mujoco.MjSpec:
-    """A model file's tree without meshes and scenery, its root free and named `root`.
+    """A model file's tree without meshes and scenery, its root free and named `root`, one joint a body.
 
     Args:
         path: a URDF or an MJCF.
@@ -92,7 +100,10 @@ def open_spec(path: Path, *, primitives: bool = True, repair: bool = False) -> m
         raise RobotError(str(path), found=f"{len(spec.bodies)} bodies", expected=f"a robot of at most {MAX_BODIES}")
     _strip(spec)
     _free_the_root(spec, path)
-    return spec
+    try:
+        return split_joints(spec)
+    except (ValueError, RuntimeError) as e:
+        raise RobotError(str(path), found=f"a file that MuJoCo refuses ({e})", expected="a URDF or MJCF robot") from e
 
 
 _NO_NUMBER = re.compile(r"(?:^|\s)[-+]?(?:nan|inf|infinity)(?:\s|$)", re.IGNORECASE)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import mujoco
 
 _HANDS = re.compile(
-    r"finger|thumb|gripper|index|little|pinky|(^|_)ring|middle_l?\d|hand_.*_\d|(^|_)toes?(_|$)"
+    r"finger|thumb|gripper|index|little|pinky|(^|_)ring|middle_l?\d|hand_.*_\d|(^|_|left|right|[lr])toes?(base|end|_|$|\d)"
     r"|proximal|intermediate|distal",
     re.IGNORECASE,
 )
@@ -81,6 +81,10 @@ def find_limbs(model: mujoco.MjModel, data: mujoco.MjData, where: str) -> Limbs:
     for kind, roots in (("legs", legs), ("arms", arms)):
         ways = sorted((tree.way(r) for r in roots), key=lambda w: -float(positions[w, 1].mean()))
         chains[kind] = {side: tuple(way) for side, way in zip(FEET, ways, strict=True)}
+    held = list[int]()
+    for side, way in chains["arms"].items():
+        first, last = _upper_arm_to_wrist(positions, way)
+        chains["arms"][side], held = way[first : last + 1], [*held, *way[last + 1 :]]
     toes = [way[-1] for way in chains["legs"].values() if _has_toes(positions, way)]
     feet = {side: way[:-1] if way[-1] in toes else way for side, way in chains["legs"].items()}
     crown = [c for c in tree.children[torso] if c not in arms]
@@ -91,7 +95,7 @@ def find_limbs(model: mujoco.MjModel, data: mujoco.MjData, where: str) -> Limbs:
         head=name(head) if positions[head, 2] > positions[torso, 2] else name(torso),
         legs={side: tuple(map(name, way)) for side, way in feet.items()},
         arms={side: tuple(map(name, way)) for side, way in chains["arms"].items()},
-        loose=(*(names[k] for k in sorted(loose)), *(name(t) for t in toes)),
+        loose=(*(names[k] for k in sorted(loose)), *(name(k) for k in (*toes, *held))),
     )
 
 
@@ -115,6 +119,23 @@ def _mirrored_limbs(
     return None if legs is None or not rest else (legs, max(rest, key=lambda p: float(tree.reach[p[1]])))
 
 
+def _upper_arm_to_wrist(positions: Float[ndarray, "K 3"], way: tuple[int, ...]) -> tuple[int, int]:
+    """Places in an arm's chain of the first body of its shoulder and the last of its wrist.
+
+    Where every joint of a body model is a ball, three hinges at one place, there is a collar bone before the shoulder and a
+    hand beyond the wrist: the upper arm and the forearm are the two long bones that follow one another.
+    """
+    places = positions[list(way)]
+    spread = [float(np.linalg.norm(places[k : k + 3] - places[k], axis=1).max()) for k in range(len(way) - 2)]
+    balls = [k for k, wide in enumerate(spread) if wide < _APART_M]
+    balls = [k for k in balls if k - 1 not in balls]
+    if len(balls) < 4:
+        return 0, len(way) - 1
+    bones = np.linalg.norm(np.diff(places[balls], axis=0), axis=1)
+    upper = int(np.argmax(np.minimum(bones[:-1], bones[1:])))
+    return balls[upper], balls[upper + 2] + 2
+
+
 def joint_centre(model: mujoco.MjModel, data: mujoco.MjData, chain: tuple[str, ...]) -> str:
     """The body of a hip or shoulder whose origin lies nearest to where its first axes meet (least squares)."""
     first = [model.body(n).id for n in chain[:_CLUSTER]]
@@ -131,7 +152,10 @@ def middle_joint(model: mujoco.MjModel, data: mujoco.MjData, chain: tuple[str, .
     """The knee or elbow: the body that bends the chain, far from its start and from what hangs at its end."""
     ends = data.body(chain[0]).xpos, data.body(chain[-1]).xipos
     bending = [n for n in chain[1:] if not _twists(model, data, n, chain)] or chain[1:]
-    return max(bending, key=lambda n: min(float(np.linalg.norm(data.body(n).xpos - e)) for e in ends))
+    # Of several at one place the last, which moves with the limb.
+    return max(
+        reversed(bending), key=lambda n: round(min(float(np.linalg.norm(data.body(n).xpos - e)) for e in ends), 3)
+    )
 
 
 def _twists(model: mujoco.MjModel, data: mujoco.MjData, body: str, chain: tuple[str, ...]) -> bool:

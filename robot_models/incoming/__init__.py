@@ -16,6 +16,7 @@ from robot_models.incoming.limits import (
     MAX_UNPACKED,
 )
 from robot_models.incoming.names import check_pattern, file_name, printable
+from robot_models.incoming.one_joint import split_joints
 
 __all__ = [
     "CHILD_BYTES",
@@ -40,4 +41,5 @@ __all__ = [
     "refusal_of_child",
     "refuse_bombs",
     "regular_file",
+    "split_joints",
 ]

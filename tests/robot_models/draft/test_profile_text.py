@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from any_pose import dancer_xml
 from conftest import SHARED
+from smpl_like import mjcf
 
 from robot_models import FEET, RobotError, forward_kinematics, load_robot
 from robot_models.draft.profile_text import draft_profile, without_overlaps
@@ -141,6 +142,20 @@ def test_robots_that_nobody_prepared_have_their_elbows_where_they_bend(model, el
         pytest.skip("the shared robots are not on this machine")
     (tmp_path / "r.toml").write_text(draft_profile(path, "r", tmp_path / "r.toml").text)
     assert read_profile(tmp_path / "r.toml").landmarks["left_elbow"] == elbow
+
+
+def test_a_body_model_of_balls_has_its_shoulders_beyond_the_collar_bones_and_its_wrists_before_the_hands(tmp_path):
+    (tmp_path / "smpl.xml").write_text(mjcf())
+    robot, _ = added(tmp_path / "smpl.xml", tmp_path / "smpl.toml")
+    found = {name: body for name, body in robot.profile.landmarks.items() if name.startswith("left")}
+    assert found == {
+        "left_hip": "L_Hip", "left_knee": "L_Knee_y", "left_foot": "L_Ankle",
+        "left_shoulder": "L_Shoulder", "left_elbow": "L_Elbow", "left_wrist": "L_Wrist",
+    }  # fmt: skip
+    assert (
+        robot.default_joint_pos[robot.joint("L_Knee_y")] > 0.2 and not robot.default_joint_pos[robot.joint("L_Knee_x")]
+    )
+    assert not any("Hand" in name or "Toe" in name for name in robot.joint_names)
 
 
 def test_what_is_no_humanoid_is_refused(tmp_path):
