@@ -19,7 +19,7 @@ $(VENV)/base: pyproject.toml tested-versions.txt
 	@touch $@
 
 $(VENV)/dev: $(VENV)/base
-	$(PIP) install -c tested-versions.txt -e '.[train,view,music,c3d,sim2sim,deploy,robots,scale,gpu,dev]'
+	$(PIP) install -c tested-versions.txt -e '.[train,view,music,c3d,sim2sim,deploy,robots,models,scale,gpu,dev]'
 	@touch $@
 
 # Commands exit with 1 when they are done but below a gate; the demo goes on and says so.

@@ -13,7 +13,7 @@ from cli.shell import TellOptions, Trouble, Verdict, command, line, make_folder,
 from clips import OutputError, cut, read_clip, write_whole
 from retarget.workflows import check_robot
 from robot_models import kept_in, load_robot, robot_names
-from robot_models.draft import STANDS_S, draft_profile, without_overlaps
+from robot_models.draft import STANDS_S, draft_profile, in_collection, listed_robot, without_overlaps
 
 _SAMPLE = Path(clips.samples.__path__[0]) / "groove.bvh"
 _TEST_S = 6.0  # of the sample clip
@@ -34,12 +34,16 @@ def run(args: Arguments) -> int:
 
 
 def _add(args: Add) -> int:
-    name = args.name or re.sub(r"\W+", "_", args.model.stem).lower()
+    listed = listed_robot(str(args.model)) if in_collection(str(args.model)) else None
+    model = args.model if listed is None else listed.path
+    name = args.name or re.sub(r"\W+", "_", model.stem if listed is None else listed.name).lower()
     if args.keep and args.out is not None:
         raise OutputError("--keep", found=f"--out {args.out} beside it", expected="one of the two")
     if args.keep and name in robot_names():
         raise OutputError(f"--name {name}", found="a built-in robot of that name", expected="another --name")
-    out = kept_in() / f"{name}.toml" if args.keep else args.out or Path(f"{args.model.stem}.toml")
+    out = (
+        kept_in() / f"{name}.toml" if args.keep else args.out or Path(f"{model.stem if listed is None else name}.toml")
+    )
     if args.keep:
         make_folder(out)
     if out.suffix != ".toml":
@@ -49,7 +53,8 @@ def _add(args: Add) -> int:
             str(out), found="a profile that is there already", expected="a new file",
             cure=f"name another with {'--name' if args.keep else '--out'}, or say --overwrite",
         )  # fmt: skip
-    draft = draft_profile(args.model, name, out)
+    rights = {} if listed is None else {"licence": listed.licence, "origin": listed.origin}
+    draft = draft_profile(model, name, out, **rights)
     _write(out, draft.text)
     draft = without_overlaps(draft, out)
     _write(out, draft.text)

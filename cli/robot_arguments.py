@@ -18,10 +18,12 @@ class Add:
         dance-robot add my_robot.urdf
         dance-robot add my_robot.urdf --keep
         dance-robot add my_robot.xml -o robots/my_robot.toml --name my_robot
+        dance-robot add menagerie:unitree_h1 --keep
     """
 
     model: ClipPath
-    """A URDF or MJCF file."""
+    """A URDF or MJCF file; or a robot of MuJoCo Menagerie (menagerie:unitree_h1) or robot-descriptions (description:h1), by
+    packages of these names (extra models)."""
     out: Out = None
     """The profile to write; default: <model>.toml in the current folder."""
     keep: bool = False

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from cli.shell import TellOptions, Verdict, tell
 from robot_models import DanceError, find_profile, installed, kept_in, load_robot, own_robots, robot_names
+from robot_models.draft import menagerie_humanoids
 
 
 def list_robots(options: TellOptions) -> int:
@@ -24,7 +25,10 @@ def list_robots(options: TellOptions) -> int:
     verdict = Verdict(
         passed=True,
         line=f"{len(here)} of {len(robot_names())} robots are here: {', '.join(here)}",
-        notes=(f"your own are looked for in {kept_in()} and in the folders that DANCE_ROBOTS lists",),
+        notes=(
+            *_listed(),
+            f"your own are looked for in {kept_in()} and in the folders that DANCE_ROBOTS lists",
+        ),
         steps=(("dance-robot add my_robot.urdf --keep", "bring your own"),),
         data={
             "robots": {name: installed(name) for name in robot_names()},
@@ -32,6 +36,12 @@ def list_robots(options: TellOptions) -> int:
         },
     )
     return tell(verdict, options, shown=[table])
+
+
+def _listed() -> list[str]:
+    """Those of a collection that is installed."""
+    names = menagerie_humanoids()
+    return [f"of MuJoCo Menagerie, by dance-robot add menagerie:NAME --keep: {', '.join(names)}"] if names else []
 
 
 def _own(name: str, path: Path) -> tuple[str, str, str, str]:

@@ -49,6 +49,14 @@ def find_profile(name_or_path: str) -> RobotProfile:
     """
     if name_or_path in robot_names():
         return _built_in(name_or_path)
+    collection, _, listed = name_or_path.partition(":")
+    if collection in ("menagerie", "description") and listed:
+        if listed in own_robots():
+            return read_profile(own_robots()[listed])
+        raise RobotError(
+            f"robot '{name_or_path}'", found="no profile of it yet", expected="one that was drafted and kept",
+            cure=f"keep one: dance-robot add {name_or_path}",
+        )  # fmt: skip
     path = Path(name_or_path)
     if path.suffix in (".toml", ".urdf", ".xml", ".mjcf"):
         return read_profile(path.with_suffix(".toml"))

@@ -20,6 +20,7 @@ PARTS: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
     "sim2sim": ("the second engine, sweeps", (("sapien", "sapien"), ("matplotlib", "matplotlib"), ("pyyaml", "yaml"))),
     "deploy": ("a robot's wires", (("far-unitree-sdk", "unitree_interface"),)),
     "robots": ("meshes of G1, JVRC-1, Talos", (("example-robot-data", ""), ("jvrc-description", ""))),
+    "models": ("robots of collections", (("mujoco-menagerie", "mujoco_menagerie"), ("robot-descriptions", "robot_descriptions"))),
     "c3d": ("C3D recordings", (("ezc3d", "ezc3d"),)),
     "film": ("films of policies", (("imageio-ffmpeg", "imageio_ffmpeg"),)),
     "view": ("a dance in the browser", (("viser", "viser"), ("fast-simplification", "fast_simplification"))),

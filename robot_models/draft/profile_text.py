@@ -34,13 +34,15 @@ class Draft:
     guesses: tuple[str, ...]
 
 
-def draft_profile(path: Path, name: str, out: Path) -> Draft:
+def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin: str = "") -> Draft:
     """Draft the profile of a URDF or MJCF humanoid.
 
     Args:
         path: the model file.
         name: of the robot.
         out: where the profile will stand, for the model's path in it.
+        licence: of the model file, where it is known.
+        origin: where it is from; by default its name.
 
     Raises:
         RobotError: no humanoid, or one that does not stand along z and face +x at zero; joints without limits.
@@ -72,7 +74,9 @@ def draft_profile(path: Path, name: str, out: Path) -> Draft:
         *doubted_limbs(unprofiled, ends),
     ]
     blocks = [
-        _head(unprofiled, path, name, out),
+        _head(
+            unprofiled, path, name, out, (licence or "unknown: look it up before you pass it on", origin or path.name)
+        ),
         *_tables("joints.", servos),
         *_tables("", pose),
         *(_sole(side, limbs.legs[side][-1], soles[side]) for side in FEET),
@@ -191,7 +195,7 @@ def _soles(
     return soles, notes
 
 
-def _head(unprofiled: UnprofiledModel, path: Path, name: str, out: Path) -> list[str]:
+def _head(unprofiled: UnprofiledModel, path: Path, name: str, out: Path, rights: tuple[str, str]) -> list[str]:
     try:
         where = path.resolve().relative_to(out.resolve().parent)
     except ValueError:
@@ -207,8 +211,8 @@ def _head(unprofiled: UnprofiledModel, path: Path, name: str, out: Path) -> list
         "",
         "[source]",
         f'path = "{where.as_posix()}"',
-        'licence = "unknown: look it up before you pass it on"',
-        f'origin = "{path.name}"',
+        f'licence = "{rights[0]}"',
+        f'origin = "{rights[1]}"',
         'inertia = "repair"',
     ]
 
