@@ -7,6 +7,7 @@ import re
 import sys
 import sysconfig
 import xml.etree.ElementTree as ET
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ from robot_models.incoming import (
     read_text,
     refusal_of_child,
     split_joints,
+    turn_upright,
 )
 from robot_models.profile import RobotProfile, Source
 
@@ -55,7 +57,10 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
             cure=profile.source.install,
         )
     # The profile's capsules stand for the whole surface where there are any.
-    spec = open_spec(path, primitives=not profile.capsules, repair=profile.source.inertia == "repair")
+    source = profile.source
+    spec = open_spec(
+        path, primitives=not profile.capsules, repair=source.inertia == "repair", upright=source.upright, yaw=source.yaw,
+    )  # fmt: skip
     root = spec.worldbody.first_body()
     if root.name != profile.root:
         raise RobotError(
@@ -73,13 +78,17 @@ def _text_of(path: Path) -> str:
     return text
 
 
-def open_spec(path: Path, *, primitives: bool = True, repair: bool = False) -> mujoco.MjSpec:
+def open_spec(
+    path: Path, *, primitives: bool = True, repair: bool = False, upright: Collection[str] = (), yaw: float = 0.0
+) -> mujoco.MjSpec:
     """A model file's tree without meshes and scenery, its root free and named `root`, one joint a body.
 
     Args:
         path: a URDF or an MJCF.
         primitives: keep the URDF's own boxes, spheres and cylinders.
         repair: mend massless links and impossible inertias.
+        upright: bodies whose frames are turned to the world's at zero.
+        yaw: by how much the robot is turned for that, to face +x [rad].
 
     Raises:
         RobotError: XML that is broken or has entities, or no body in it.
@@ -101,8 +110,8 @@ def open_spec(path: Path, *, primitives: bool = True, repair: bool = False) -> m
     _strip(spec)
     _free_the_root(spec, path)
     try:
-        return split_joints(spec)
-    except (ValueError, RuntimeError) as e:
+        return turn_upright(split_joints(spec), upright, yaw)
+    except (ValueError, RuntimeError, KeyError) as e:
         raise RobotError(str(path), found=f"a file that MuJoCo refuses ({e})", expected="a URDF or MJCF robot") from e
 
 

@@ -41,6 +41,8 @@ class Source:
     origin: str  # whose model it is and which version
     install: str = ""  # command that brings the package
     inertia: str = "exact"  # "exact", or "repair" where the file has massless or impossible inertias
+    upright: tuple[str, ...] = ()  # bodies whose frames are turned to the world's at zero, as feet's have to be
+    yaw: float = 0.0  # by how much the robot is turned for that, to face +x [rad]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,7 +210,7 @@ def _parse(data: dict[str, Any], path: Path) -> RobotProfile:
         name=data["name"],
         title=data["title"],
         folder=path.parent,
-        source=Source(**data["source"]),
+        source=Source(**{k: tuple(v) if isinstance(v, list) else v for k, v in data["source"].items()}),
         meshes=Source(**data["meshes"]) if "meshes" in data else None,
         root=data["root"],
         freeze=tuple(data.get("freeze", ())),

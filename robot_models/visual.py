@@ -7,7 +7,7 @@ import os
 import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +15,11 @@ from jaxtyping import Float, Int
 from numpy import ndarray
 
 from robot_models.geometry import body_geoms
+from robot_models.incoming import turned, turns_of
 from robot_models.maths import rotation as rot
 from robot_models.model import RobotModel
-from robot_models.model_file import locate
+from robot_models.model_file import locate, open_spec
+from robot_models.profile import RobotProfile
 
 _MESHES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf")
 _UPWARDS = 5  # folders above a URDF in which its package may begin
@@ -62,8 +64,21 @@ def visual_parts(robot: RobotModel) -> list[Part]:
         if path is None
         else (mesh_parts if path.suffix.lower() == ".urdf" else mjcf_mesh_parts)(robot.body_names, path)
     )
+    parts = _upright(parts, robot.profile, path)
     drawn = {part.body for part in parts}
     return parts + [part for part in primitive_parts(robot) if not parts or part.body not in drawn]
+
+
+def _upright(parts: list[Part], profile: RobotProfile, path: Path | None) -> list[Part]:
+    """Meshes of bodies whose frames the profile turns, in these frames."""
+    if not profile.source.upright or path is None:
+        return parts
+    source = profile.source
+    turns = turns_of(open_spec(path, repair=source.inertia == "repair").compile(), source.upright, source.yaw)
+    return [
+        part if part.vertices is None else replace(part, vertices=turned({part.body: part.vertices}, turns)[part.body])
+        for part in parts
+    ]
 
 
 def primitive_parts(robot: RobotModel) -> list[Part]:

@@ -23,6 +23,7 @@ _SPEED = 10.0  # speed limit where the file has none [rad/s]
 _LEAST_KP = 5.0  # [N m/rad]
 _UNLIKE = 0.3  # difference of left and right ranges that is doubted [rad]
 _BEND = 0.3  # of the knees in the default pose [rad]
+_PITCH = 0.9  # cosine between an axis and y, from which it pitches: thighs stand a little apart on some robots
 _MOST_LEAN = 0.25  # of the legs in it [rad]
 _GRAVITY = 9.81
 
@@ -179,7 +180,7 @@ def doubted_ranges(unprofiled: UnprofiledModel) -> list[str]:
 def _pitch(unprofiled: UnprofiledModel, body: str) -> int:
     """1 or -1 where the body's joint turns about y or -y, else 0."""
     axis = unprofiled.data.xaxis[unprofiled.model.joint(unprofiled.joint_of(body)).id]
-    return int(np.sign(axis[1])) if abs(axis[1]) > 0.95 else 0
+    return int(np.sign(axis[1])) if abs(axis[1]) > _PITCH else 0
 
 
 def _urdf_speeds(path: Path) -> dict[str, float]:

@@ -72,10 +72,12 @@ def _in_body(model: mujoco.MjModel, geom: int, body: int) -> Float[ndarray, "V 3
     return points
 
 
-def sole_of(points: Float[ndarray, "V 3"]) -> tuple[tuple[float, float], tuple[float, float], float]:
+def sole_of(
+    points: Float[ndarray, "V 3"], skin: float = _SKIN
+) -> tuple[tuple[float, float], tuple[float, float], float]:
     """Back and front, right and left edge, and height of the flat under a foot, in the foot's frame [m]."""
     z = float(points[:, 2].min())
-    low = points[points[:, 2] < z + _SKIN]
+    low = points[points[:, 2] < z + skin]
     middle, half = 0.5 * (low.max(axis=0) + low.min(axis=0)), 0.5 * _INSET * np.ptp(low, axis=0)
     x, y = ((float(middle[k] - half[k]), float(middle[k] + half[k])) for k in (0, 1))
     return x, y, z

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
-from numpy import ndarray
 
 from robot_models.build import BODY_BIT, build_robot
 from robot_models.draft.estimates import Estimate, UnprofiledModel, doubted_ranges, estimate_pose, estimate_servos
 from robot_models.draft.forearms import doubted_limbs, find_ends
-from robot_models.draft.hulls import capsules_of, sole_of, surface_points
-from robot_models.draft.limbs import find_limbs, joint_centre, middle_joint
-from robot_models.errors import RobotError
+from robot_models.draft.hulls import capsules_of, surface_points
+from robot_models.draft.stance import FACES, Sole, check_stance, soles_of, stood_up
+from robot_models.incoming import turned
 from robot_models.model import RobotModel
-from robot_models.model_file import open_spec
 from robot_models.profile import FEET, LANDMARKS, Capsule, read_profile
-
-Sole = tuple[tuple[float, float], tuple[float, float], float]
-"""Back and front edge, right and left edge, height [m]."""
-
-_UNKNOWN_SOLE: Sole = ((-0.08, 0.14), (-0.04, 0.04), -0.05)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,12 +39,12 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
     Raises:
         RobotError: no humanoid, or one that does not stand along z and face +x at zero; joints without limits.
     """
-    unprofiled = _open(path)
+    unprofiled, turns, yaw = stood_up(path)
     model, limbs = unprofiled.model, unprofiled.limbs
     bodies = [model.body(b).name for b in range(1, model.nbody) if model.body_jntnum[b]]
-    points = surface_points(path, bodies)
-    _check_stance(unprofiled, points, path)
-    soles, notes = _soles(unprofiled, points)
+    points = turned(surface_points(path, bodies), turns)
+    check_stance(unprofiled, points, path)
+    soles, notes = soles_of(unprofiled, points)
     ankle = unprofiled.data.body(limbs.legs["left"][-1]).xpos[2]
     servos = estimate_servos(unprofiled, float(unprofiled.data.subtree_com[1][2] - ankle) - soles["left"][2], path)
     pose = estimate_pose(unprofiled, {side: x for side, (x, _, _) in soles.items()})
@@ -65,6 +57,12 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
             if unprofiled.loose
             else []
         ),
+        *([f"upright: the frames of {', '.join(turns)} are turned to x ahead, z up"] if turns else []),
+        *(
+            [f"yaw: it faces {FACES[round(np.degrees(yaw)) % 360]} in its file, and is turned to face +x"]
+            if yaw
+            else []
+        ),
         *notes,
         *([f"capsules: {len(capsules)} around the meshes, one per body"] if capsules else []),
         *servos.notes,
@@ -73,10 +71,9 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
         *hands,
         *doubted_limbs(unprofiled, ends),
     ]
+    rights = licence or "unknown: look it up before you pass it on", origin or path.name
     blocks = [
-        _head(
-            unprofiled, path, name, out, (licence or "unknown: look it up before you pass it on", origin or path.name)
-        ),
+        [*_head(unprofiled, path, name, out, rights), *_upright(tuple(turns), yaw)],
         *_tables("joints.", servos),
         *_tables("", pose),
         *(_sole(side, limbs.legs[side][-1], soles[side]) for side in FEET),
@@ -123,53 +120,6 @@ def without_overlaps(draft: Draft, out: Path) -> Draft:
     return Draft(text=text, guesses=(*draft.guesses, note))
 
 
-def _open(path: Path) -> UnprofiledModel:
-    import mujoco
-
-    try:
-        model = open_spec(path, repair=True).compile()
-    except ValueError as e:
-        raise RobotError(str(path), found=f"a model that MuJoCo cannot compile ({e})", expected="a robot") from e
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    limbs = find_limbs(model, data, str(path))
-    landmarks = limbs.landmarks
-    for side in FEET:
-        leg, arm = limbs.legs[side], limbs.arms[side]
-        knee, elbow = (middle_joint(model, data, chain) for chain in (leg, arm))
-        if knee == leg[-1]:
-            raise RobotError(
-                str(path), found=f"'{leg[-1]}', the {side} knee, at the end of its limb", expected="a foot beyond it",
-                cure="give the foot a body of its own in the model file, on a joint with a small range",
-            )  # fmt: skip
-        landmarks |= {f"{side}_hip": joint_centre(model, data, leg), f"{side}_knee": knee}
-        landmarks |= {f"{side}_shoulder": joint_centre(model, data, arm), f"{side}_elbow": elbow}
-    return UnprofiledModel(model=model, data=data, limbs=limbs, landmarks=landmarks)
-
-
-def _check_stance(unprofiled: UnprofiledModel, points: Mapping[str, Float[ndarray, "V 3"]], path: Path) -> None:
-    """At zero the robot shall stand along z and face +x, its feet's axes the world's; one joint a body, all with ranges."""
-    model, data, foot = unprofiled.model, unprofiled.data, unprofiled.limbs.legs["left"][-1]
-    leg = np.array(data.body(unprofiled.landmarks["left_hip"]).xpos - data.body(foot).xpos)
-    reach = float(np.mean([points[foot][:, 0].max(), points[foot][:, 0].min()])) if foot in points else 0.0
-    several = [model.body(b).name for b in range(1, model.nbody) if model.body_jntnum[b] > 1]
-    free = [n for n in unprofiled.joints if not model.jnt_limited[model.joint(n).id]]
-    faults = (
-        (leg[2] < 0.8 * np.linalg.norm(leg), f"hips over feet by {leg[0]:.2f}, {leg[1]:.2f}, {leg[2]:.2f} m along x, y, z at zero",
-         "a robot that stands along z", "turn its root body in the model file"),
-        (not np.allclose(data.body(foot).xmat.reshape(3, 3), np.eye(3), atol=0.02),
-         f"axes of '{foot}' that are not the world's at zero", "x ahead, z up, as for a sole",
-         "turn the body's frame in the model file"),
-        (reach < -0.01, f"soles that reach {-100 * reach:.0f} cm further back than ahead of the ankle",
-         "a robot that faces +x at zero", "turn its root body by half a turn in the model file"),
-        (several, f"several joints on {', '.join(several)}", "one joint per body", "give each joint a body of its own"),
-        (free, f"no position limit for {', '.join(free)}", "a range for every joint", "write the ranges into the model file"),
-    )  # fmt: skip
-    for fault, found, expected, cure in faults:
-        if fault:
-            raise RobotError(str(path), found=found, expected=expected, cure=cure)
-
-
 def _bare(unprofiled: UnprofiledModel, bodies: Sequence[str], path: Path) -> Sequence[str]:
     """Bodies that need a capsule: those that the file gives no primitive.
 
@@ -181,18 +131,9 @@ def _bare(unprofiled: UnprofiledModel, bodies: Sequence[str], path: Path) -> Seq
     return bodies if bare and path.suffix.lower() == ".urdf" else bare
 
 
-def _soles(
-    unprofiled: UnprofiledModel, points: Mapping[str, Float[ndarray, "V 3"]]
-) -> tuple[dict[str, Sole], list[str]]:
-    soles, notes = {}, []
-    for side in FEET:
-        body = unprofiled.limbs.legs[side][-1]
-        soles[side] = sole_of(points[body]) if body in points else _UNKNOWN_SOLE
-        told = f"the lowest 4 mm of the surface of '{body}'"
-        if body not in points:
-            told = f"no surface of '{body}' was found: 22 x 8 cm, 5 cm under the ankle. MEASURE IT"
-        notes.append(f"soles.{side}: {told}")
-    return soles, notes
+def _upright(bodies: Sequence[str], yaw: float) -> list[str]:
+    """What is said of frames that are turned."""
+    return [*([f"upright = {_listed(bodies)}"] if bodies else []), *([f"yaw = {yaw:.7g}"] if yaw else [])]
 
 
 def _head(unprofiled: UnprofiledModel, path: Path, name: str, out: Path, rights: tuple[str, str]) -> list[str]:

@@ -17,6 +17,7 @@ from robot_models.incoming.limits import (
 )
 from robot_models.incoming.names import check_pattern, file_name, printable
 from robot_models.incoming.one_joint import split_joints
+from robot_models.incoming.upright import turn_upright, turned, turns_of
 
 __all__ = [
     "CHILD_BYTES",
@@ -42,4 +43,7 @@ __all__ = [
     "refuse_bombs",
     "regular_file",
     "split_joints",
+    "turn_upright",
+    "turned",
+    "turns_of",
 ]

@@ -6,7 +6,7 @@ import pytest
 from any_pose import dancer_xml
 
 from robot_models.draft.estimates import _motor_efforts, doubted_ranges, estimate_pose, estimate_servos
-from robot_models.draft.profile_text import _open
+from robot_models.draft.stance import _open
 from robot_models.pinocchio_model import urdf_text
 
 HEIGHT = 0.7

@@ -82,14 +82,24 @@ def turned(tmp_path, quat):
     return path
 
 
-@pytest.mark.parametrize(
-    ("quat", "message"),
-    [((0.7071068, 0.7071068, 0, 0), "stands along z"), ((0, 0, 0, 1), "that are not the world's at zero")],
-    ids=["lying", "backwards"],
-)
-def test_a_robot_that_does_not_face_ahead_at_zero_is_refused(tmp_path, quat, message):
-    with pytest.raises(RobotError, match=message):
-        draft_profile(turned(tmp_path, quat), "r", tmp_path / "r.toml")
+def test_a_robot_that_lies_at_zero_is_refused(tmp_path):
+    with pytest.raises(RobotError, match="stands along z"):
+        draft_profile(turned(tmp_path, (0.7071068, 0.7071068, 0, 0)), "r", tmp_path / "r.toml")
+
+
+@pytest.mark.parametrize("degrees", [90, 180, -90])
+def test_a_robot_that_faces_elsewhere_is_turned_to_face_ahead(tmp_path, degrees, dancer):
+    half = 0.5 * np.radians(degrees)
+    robot, draft = added(turned(tmp_path, (np.cos(half), 0, 0, np.sin(half))), tmp_path / "r.toml")
+    assert np.isclose(np.cos(robot.profile.source.yaw + np.radians(degrees)), 1.0)
+    assert any("is turned to face +x" in guess for guess in draft.guesses)
+    # At zero it is the robot that it was turned from: every body is where it was, left on the left.
+    (ours, turns), (theirs, _) = (forward_kinematics(r, r.zero_qpos[None]) for r in (robot, dancer))
+    for name in ("left_foot", "right_wrist", "head"):
+        a, b = robot.landmark(name), dancer.body(robot.profile.landmarks[name])
+        np.testing.assert_allclose(ours[0, a] - ours[0, 0], theirs[0, b] - theirs[0, 0], atol=1e-5)
+    for side in FEET:
+        np.testing.assert_allclose(np.abs(turns[0, robot.landmark(f"{side}_foot")]), [1.0, 0.0, 0.0, 0.0], atol=1e-5)
 
 
 def test_a_joint_without_a_range_is_refused_by_name(tmp_path):
