@@ -94,7 +94,15 @@ def _on_the_beat(bundle: Bundle, results: Mapping[str, Evaluation]) -> list[str]
             find_accents(robot_parts(bundle.robot, path), fps), music.beats_s - begins_s, len(path) / fps
         )
         share, off = 100 * error.on_beat, error.median_ms
-        lines.append(f"{engine}: an accent of the best robot on {share:.0f} % of the beats, {off:.0f} ms off (median)")
+        told = {key: measured["value"] for key, measured in bundle.reference.report.items()}
+        meant = (
+            f"; its reference {told['beats_with_an_accent']:.0f} %, {told['beat_error_median']:.0f} ms"
+            if "beat_error_median" in told
+            else ""
+        )
+        lines.append(
+            f"{engine}: an accent of the best robot on {share:.0f} % of the beats, {off:.0f} ms off (median){meant}"
+        )
     return lines
 
 

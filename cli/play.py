@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cli import view
 from cli.judging import reference_for
-from cli.recordings import FilmOptions, film_of, show_live
+from cli.recordings import FilmOptions, film_of, lost_song, show_live
 from cli.shell import ClipPath, FileOptions, TellOptions, Verdict, command, tell
 from robot_models import has_display
 
@@ -71,6 +71,7 @@ def run(args: Arguments) -> int:
     how = ", then it fell" if fell else ""
     verdict = Verdict(
         passed=not fell,
+        notes=lost_song(show, args.picture, args.what) if film is not None else (),
         line=f"{show.robot.name}: {shown / show.fps:.1f} of {show.frames / show.fps:.1f} s{how}",
         written=() if film is None else (film,),
     )

@@ -204,13 +204,17 @@ def _check(profile: RobotProfile, where: str) -> None:
         raise RobotError(f"{where}, friction", found=repr(profile.friction), expected="a finite number above 0")
 
 
+def _source(table: dict[str, Any]) -> Source:
+    return Source(**{**table, "upright": tuple(table.get("upright", ()))})
+
+
 def _parse(data: dict[str, Any], path: Path) -> RobotProfile:
     joints, soles = data["joints"], data["soles"]
     return RobotProfile(
         name=data["name"],
         title=data["title"],
         folder=path.parent,
-        source=Source(**{k: tuple(v) if isinstance(v, list) else v for k, v in data["source"].items()}),
+        source=_source(data["source"]),
         meshes=Source(**data["meshes"]) if "meshes" in data else None,
         root=data["root"],
         freeze=tuple(data.get("freeze", ())),

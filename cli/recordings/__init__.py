@@ -3,7 +3,7 @@
 from cli.recordings.certificate_page import certificate_page
 from cli.recordings.chart import save_sweep
 from cli.recordings.evaluation import save_evaluation
-from cli.recordings.film import FilmOptions, film_of
+from cli.recordings.film import FilmOptions, film_of, lost_song
 from cli.recordings.rehearsal import save_performance
 from cli.recordings.training import save_training
 from cli.recordings.window import show_live
@@ -12,6 +12,7 @@ __all__ = [
     "FilmOptions",
     "certificate_page",
     "film_of",
+    "lost_song",
     "save_evaluation",
     "save_performance",
     "save_sweep",

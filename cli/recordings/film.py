@@ -63,10 +63,15 @@ def film_of(show: PoseStream, options: FilmOptions, what: Path) -> int:
     """
     from retarget.recordings import write_film
 
+    sound, duration_s = _sound(show, options, what.parent), show.frames / show.fps
+    if sound.song is not None and sound.at_s >= duration_s:
+        raise OutputError(
+            "--audio-at", found=f"{sound.at_s:g} s", expected=f"a second of the film, which takes {duration_s:.1f}"
+        )
     with progress("frames") as follow:
         return write_film(
             options.film or Path(), show.robot, _shots(show, options), show.fps, (options.width, options.height),
-            title=f"{what.stem} on {show.robot.name}", sound=_sound(show, options, what.parent),
+            title=f"{what.stem} on {show.robot.name}{', its reference on the left' if options.beside else ''}", sound=sound,
             beside=_APART if options.beside else 0.0, frames=show.frames, progress=follow,
         )  # fmt: skip
 
@@ -90,3 +95,13 @@ def _sound(show: PoseStream, options: FilmOptions, folder: Path) -> Soundtrack:
     sound = Soundtrack(at_s=show.begins_s) if show.music is None else Soundtrack.of(show.music, folder)
     at_s = sound.at_s if options.audio_at is None else options.audio_at
     return replace(sound, song=options.audio or sound.song, at_s=at_s)
+
+
+def lost_song(show: PoseStream, options: FilmOptions, what: Path) -> tuple[str, ...]:
+    """What is said where the song that the reference was made for is not found."""
+    silent = show.music is not None and show.music.song and _sound(show, options, what.parent).song is None
+    return (
+        (f"without a song: {show.music.song} is not there any more; --audio says where it is",)
+        if silent and show.music
+        else ()
+    )

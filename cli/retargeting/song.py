@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from clips import ClipError
-from clips.music import Beats, MusicConfig, find_beats, read_beats, steady_beats
+from clips.music import Beats, MusicConfig, check_tempo, duration_of, find_beats, read_beats, steady_beats
 from robot_models.maths import Progress
 
 _NO_SONG_S = 3600.0  # of beats where there is a tempo and no song
@@ -41,7 +41,7 @@ class SongOptions:
             ClipError: options that contradict each other, or have nothing to speak of.
         """
         if not self.given:
-            lone = {"--first-beat": self.first_beat, "--music-start": self.music_start}
+            lone: dict[str, float | None] = {"--first-beat": self.first_beat, "--music-start": self.music_start}
             lone["--stretch"] = self.stretch if self.stretch != MusicConfig.stretch else None
             for name, value in lone.items():
                 if value is not None:
@@ -55,8 +55,22 @@ class SongOptions:
                 "--bpm", found="no --first-beat and no song", expected="when the first beat is",
                 option="first_beat", suggestion="0",
             )  # fmt: skip
+        if self.bpm is None and self.first_beat is not None:
+            raise ClipError(
+                "--first-beat", found="no tempo beside it", expected="--bpm, from which the other beats follow"
+            )
+        if self.bpm is not None:
+            check_tempo(self.bpm, "--bpm")
         if self.music is not None and not self.music.is_file():
-            raise ClipError(f"--music {self.music}", found="no such file", expected="a song")
+            found = "a folder" if self.music.is_dir() else "no such file"
+            raise ClipError(f"--music {self.music}", found=found, expected="a song")
+        if self.music_start is not None and not self.music_start >= 0.0:
+            raise ClipError("--music-start", found=f"{self.music_start:g}", expected="a second of the song, from 0 on")
+        if 1.0 < self.stretch <= 50.0:
+            percent = f"{self.stretch / 100:g}"
+            raise ClipError(
+                "--stretch", found=f"{self.stretch:g}", expected="0 to 0.5", option="stretch", suggestion=percent
+            )
         self.config()
 
     def config(self) -> MusicConfig:
@@ -72,6 +86,7 @@ class SongOptions:
         if self.beats is not None:
             return read_beats(self.beats, self.music)
         if self.bpm is not None and self.first_beat is not None:
-            return steady_beats(self.bpm, self.first_beat, _NO_SONG_S, self.music)
+            length_s = None if self.music is None else duration_of(self.music)
+            return steady_beats(self.bpm, self.first_beat, length_s or _NO_SONG_S, self.music)
         assert self.music is not None
         return find_beats(self.music, self.bpm, progress=progress)

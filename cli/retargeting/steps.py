@@ -97,6 +97,7 @@ def save_result(result: Retargeted, dances: list[Danced], args: Arguments) -> li
     if args.recording:
         written.append(result.save(written[0].with_suffix(".rrd")))
     if args.film is not None:
+        make_folder(args.film)
         with progress("frames") as follow:
             written.append(result.save(args.film, progress=follow))
     return written

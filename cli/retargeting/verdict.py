@@ -7,17 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from cli.retargeting.arguments import Arguments
 from cli.shell import Trouble, Verdict, again, flag, line
 from clips import Clip, MetricKey
 from clips.checks import Check
-from clips.music import Music, music_of
+from clips.music import Beats, Music, music_of
 from retarget import Cure, Diagnosis, Report, Retargeted, Transition, flight_fit, hardest_stretches
 
 _OFF_FLIGHT_M = 0.03  # of a flight's rise from gravity's that is worth a line
 _LONGEST_FLIGHT_S = 0.8  # beyond it feet hover, which a gate tells
+_LIKELY = 80.0, 160.0  # beats a minute; what is found elsewhere may be half or twice the tempo
 _EASE = 0.95  # of the speed at which a limit would just hold
 
 
@@ -73,7 +72,7 @@ def verdict_of(
         notes=(
             *dict.fromkeys(_convention(d) for d in dances),
             *_changed(args),
-            *_danced_to(music_of(reference)),
+            *_danced_to(music_of(reference), reference.dance.start / reference.fps),
             *map(str, transitions),
         ),
         doubts=tuple(dict.fromkeys(doubt for dance in dances for doubt in _doubts(dance))),
@@ -129,14 +128,16 @@ def _changed(args: Arguments) -> list[str]:
     return [*mirrored, *([f"{args.speed:g} times as fast as recorded (--speed)"] if args.speed != 1.0 else [])]
 
 
-def _danced_to(music: Music | None) -> list[str]:
+def _danced_to(music: Music | None, begins_s: float) -> list[str]:
     """Which beats, and where in the song."""
     if music is None:
         return []
-    bpm = 60.0 / float(np.median(np.diff(music.beats_s)))
-    return [
-        f"danced to {music.source}: {bpm:.1f} beats a minute; the song begins at {music.song_at_s:.2f} s of the reference"
-    ]
+    bpm = Beats(times_s=music.beats_s, source=music.source).bpm
+    song = Path(music.song).name or "beats"
+    told = f"danced to {song}: {bpm:.1f} beats a minute, {music.source}; begins at second {begins_s - music.song_at_s:.1f} of it"
+    twice = music.source == "found in it" and not _LIKELY[0] <= bpm <= _LIKELY[1]
+    other = 2.0 * bpm if bpm < _LIKELY[0] else 0.5 * bpm
+    return [f"{told}{f'; where it is {other:.0f}: --bpm {other:.0f}' if twice else ''}"]
 
 
 def _doubts(dance: Danced) -> list[str]:

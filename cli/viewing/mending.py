@@ -72,12 +72,7 @@ class Mending:
         self.edits = Edits(robot=robot)
         whole = read_clip(clip, file.reading())
         self.length_s = (whole.frames - 1) / whole.fps
-        told = whole.source
-        self.recognised = (
-            told.dialect,
-            f"{whole.frames} frames at {whole.fps:.6g} fps",
-            *map(str, (*told.findings, *told.repairs)),
-        )
+        self.recognised: tuple[str, ...] = ()
         self.solve(self.edits, progress)
 
     @property
@@ -104,7 +99,17 @@ class Mending:
 
     def _solved(self, edits: Edits, folder: Path, progress: Progress) -> Retargeted:
         args = self._arguments(edits, folder)
-        return solve_dances(read_dances(args), load_robot(args.robot), args, progress)[0]
+        dances = read_dances(args)
+        told, doubts = dances[0].clip.source, [f"doubtful: {doubt}" for doubt in dances[0].doubts]
+        rate = f"{dances[0].clip.frames} frames at {dances[0].fps:.6g} fps"
+        self.recognised = (
+            told.dialect,
+            rate,
+            *map(str, told.findings),
+            *(f"mended: {r}" for r in told.repairs),
+            *doubts,
+        )
+        return solve_dances(dances, load_robot(args.robot), args, progress)[0]
 
     def undo(self) -> bool:
         """Take the last step back; whether there was one."""

@@ -13,6 +13,7 @@ from cli.viewing.live_panel import NOBODY, live_panel_of, tracker_of
 from cli.viewing.mending import Edits, Mending
 from cli.viewing.touch_controls import TouchControls
 from cli.viewing.weight_controls import WeightControls
+from clips import MetricKey
 from retarget import Retargeted
 from retarget.stage import Page, Show, inset, show_retargeting
 from robot_models import DanceError, installed, robot_names
@@ -107,7 +108,7 @@ class MendingPanel:
 
         def work() -> str:
             result = self._mending.solve(edits(), self._tell_progress)
-            return f"{_gates(before)} before, {_gates(result)} now"
+            return f"{_gates(before)} before, {_gates(result)} now; {_changed(before, result)}"
 
         self._guarded(work)
 
@@ -144,6 +145,13 @@ class MendingPanel:
 
     def _tell_progress(self, stage: str, done: int, total: int, note: str = "") -> None:
         self._news.content = inset(f"{escape(stage)}: {done} of {total} {escape(note)}")
+
+
+def _changed(before: Retargeted, now: Retargeted) -> str:
+    """The numbers that a dancer asks for, before and after."""
+    keys = {"feet slide": (MetricKey.SLIDE_WORST, "mm"), "limbs": (MetricKey.LIMB_DIRECTION_ERROR, "°")}
+    told = {what: [r.report[key].value for r in (before, now)] for what, (key, _) in keys.items()}
+    return ", ".join(f"{what} {a:.1f} → {b:.1f} {keys[what][1]}" for what, (a, b) in told.items())
 
 
 def _gates(result: Retargeted) -> str:

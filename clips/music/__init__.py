@@ -2,9 +2,9 @@
 
 from clips.music.accents import Accents, find_accents, parts_of, robot_parts
 from clips.music.alignment import Alignment, MusicConfig, to_the_beat
-from clips.music.beats import Beats, read_beats, steady_beats
+from clips.music.beats import Beats, check_tempo, read_beats, steady_beats
 from clips.music.music import BeatError, Music, beat_error, music_of
-from clips.music.song import find_beats, loudness
+from clips.music.song import duration_of, find_beats, loudness
 
 __all__ = [
     "Accents",
@@ -14,6 +14,8 @@ __all__ = [
     "Music",
     "MusicConfig",
     "beat_error",
+    "check_tempo",
+    "duration_of",
     "find_accents",
     "find_beats",
     "loudness",

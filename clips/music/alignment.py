@@ -69,8 +69,8 @@ def to_the_beat(
     earliest, latest = _beginnings(beats, start_s)
     if beats.times_s[-1] < earliest + seconds * (1.0 - config.stretch) - 60.0 / beats.bpm:
         raise ClipError(
-            beats.source, found=f"beats until {beats.times_s[-1]:.1f} s", option="end",
-            expected=f"a song that goes on for the {seconds:.1f} s of the dance after {earliest:.1f} s",
+            str(beats.song or "song"), found=f"beats until {beats.times_s[-1]:.1f} s", option="end",
+            expected=f"music for the {seconds:.1f} s of the dance from second {earliest:.1f} on",
         )  # fmt: skip
     landed = _landed(nodes, worth, beats, (earliest, latest), config)
     frames = np.arange(clip.frames) / clip.fps

@@ -31,16 +31,25 @@ class Beats:
                 expected="two or more times in seconds, each after the one before",
             )  # fmt: skip
         object.__setattr__(self, "times_s", times)
-        tempo = 60.0 / float(np.median(gaps))
-        if not _TEMPI[0] <= tempo <= _TEMPI[1]:
-            raise ClipError(
-                self.source, found=f"{tempo:.4g} beats a minute", expected=f"{_TEMPI[0]:.0f} to {_TEMPI[1]:.0f}"
-            )
+        check_tempo(60.0 / float(np.median(gaps)), self.source)
 
     @property
     def bpm(self) -> float:
-        """Beats per minute: of the median gap."""
-        return 60.0 / float(np.median(np.diff(self.times_s)))
+        """Beats per minute, over two bars: single gaps are told in steps of whoever found them."""
+        some = min(8, len(self.times_s) - 1)
+        return 60.0 * some / float(np.median(self.times_s[some:] - self.times_s[:-some]))
+
+
+def check_tempo(bpm: float, where: str = "tempo") -> None:
+    """Refuse a tempo that no song has.
+
+    Raises:
+        ClipError: it is none.
+    """
+    if not _TEMPI[0] <= bpm <= _TEMPI[1]:
+        raise ClipError(
+            where, found=f"{bpm:.4g} beats a minute", expected=f"{_TEMPI[0]:.0f} to {_TEMPI[1]:.0f}", option="bpm"
+        )
 
 
 def steady_beats(bpm: float, first_s: float, duration_s: float, song: Path | None = None) -> Beats:
@@ -48,21 +57,24 @@ def steady_beats(bpm: float, first_s: float, duration_s: float, song: Path | Non
 
     Args:
         bpm: beats per minute.
-        first_s: the first beat [s].
-        duration_s: until when [s].
+        first_s: a beat, from which on there are others; one before the song began stands for the first that is in it [s].
+        duration_s: how long the song is [s].
         song: to be heard.
 
     Raises:
-        ClipError: a tempo that no song has.
+        ClipError: a tempo that no song has, or a first beat after the song's end.
     """
-    if not _TEMPI[0] <= bpm <= _TEMPI[1]:
-        raise ClipError(
-            "tempo", found=f"{bpm:g} beats a minute", expected=f"{_TEMPI[0]:.0f} to {_TEMPI[1]:.0f}", option="bpm"
-        )
+    check_tempo(bpm)
     gap = 60.0 / bpm
-    return Beats(
-        times_s=np.arange(first_s, max(first_s + 2.5 * gap, duration_s), gap), source=f"{bpm:g} bpm", song=song
-    )
+    if not -3600.0 <= first_s <= duration_s - 2.0 * gap:
+        raise ClipError(
+            "first beat",
+            found=f"{first_s:g} s",
+            expected=f"a second of the song, which ends at {duration_s:.1f}",
+            option="first_beat",
+        )
+    first_s = first_s % gap if first_s < 0.0 else first_s
+    return Beats(times_s=np.arange(first_s, duration_s, gap), source="as stated", song=song)
 
 
 def read_beats(path: Path, song: Path | None = None) -> Beats:
@@ -81,6 +93,13 @@ def read_beats(path: Path, song: Path | None = None) -> Beats:
     for number, row in enumerate(rows, start=1):
         if not _is_number(row[0]):
             raise ClipError(str(path), found=f"beat {number}: {row[0][:40]!r}", expected="a time in seconds")
+    if len(rows) > 2 and all(len(row) > 1 and row[0] == str(int(float(rows[0][0])) + k) for k, row in enumerate(rows)):
+        raise ClipError(
+            str(path),
+            found="beats that are counted in the first column",
+            expected="seconds there",
+            cure="leave out the numbers",
+        )
     return Beats(times_s=np.array([float(row[0]) for row in rows]), source=path.name, song=song)
 
 

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.errors import ClipError
-from clips.music.beats import Beats
+from clips.music.beats import Beats, check_tempo
 from robot_models import import_or_refuse
 from robot_models.maths import Progress, silent
 
@@ -37,6 +37,8 @@ def find_beats(song: Path, bpm: float | None = None, *, progress: Progress = sil
         cure="pip install 'dance-retarget[music]', or state tempo and first beat",
     )  # fmt: skip
     librosa = import_or_refuse("librosa", refusal)
+    if bpm is not None:
+        check_tempo(bpm)
     progress("beats", 0, 3, "read the song")
     samples = _read(song)
     progress("beats", 1, 3, "find its beats")
@@ -51,7 +53,7 @@ def find_beats(song: Path, bpm: float | None = None, *, progress: Progress = sil
     progress("beats", 3, 3, "")
     if len(times) < 2:
         raise ClipError(str(song), found="no beats", expected="music with a beat", cure="state tempo and first beat")
-    return Beats(times_s=times, source=f"found in {song.name}", song=song)
+    return Beats(times_s=times, source="found in it", song=song)
 
 
 def _tempi(librosa: Any, onsets: Float[ndarray, "F"]) -> Float[ndarray, "F"]:
@@ -61,6 +63,19 @@ def _tempi(librosa: Any, onsets: Float[ndarray, "F"]) -> Float[ndarray, "F"]:
     edge = min(int(_TEMPO_EDGE_S * _RATE / _HOP), (len(tempi) - 1) // 2)
     tempi[:edge], tempi[len(tempi) - edge :] = tempi[edge], tempi[-edge - 1]
     return tempi
+
+
+def duration_of(song: Path) -> float | None:
+    """How long a song is [s]; None where nothing that reads it is installed.
+
+    Raises:
+        ClipError: it cannot be read.
+    """
+    try:
+        samples, rate = _samples(song)
+    except ImportError:
+        return None
+    return len(samples) / rate
 
 
 def loudness(song: Path, times_s: Float[ndarray, "T"]) -> Float[ndarray, "T"] | None:

@@ -10,7 +10,7 @@ from numpy import ndarray
 
 from clips import OutputError, aside
 from retarget.recordings.off_screen import Shot, Stage
-from retarget.recordings.sound import Soundtrack, add_sound, encoder
+from retarget.recordings.sound import Soundtrack, add_sound, check_song, encoder
 from robot_models import RobotModel
 from robot_models.maths import Progress, silent
 
@@ -50,6 +50,8 @@ def write_film(
     if min(size) < 16 or any(s % 2 for s in size):
         raise OutputError("film", found=f"a size of {size[0]}x{size[1]}", expected="even numbers of pixels, from 16 on")
     imageio, sound = encoder(), sound or Soundtrack()
+    if sound.song is not None:
+        check_song(sound.song)
     stage, every, done = Stage(robot, size, shadows=False), max(1, round(fps / _FPS)), 0
     if beside:
         stage.look_beside(np.array([0.0, 0.5 * beside]), abs(beside))

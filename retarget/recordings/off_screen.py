@@ -14,6 +14,7 @@ from clips import OutputError
 from robot_models import FEET, RobotError, RobotModel, draw_off_screen, model_to_look_at, surface, visual_parts
 
 _BLOB_M, _BLOB_FADES_M = 0.14, 0.15  # radius of a foot's blob on the floor, and the foot's height at which it is gone
+_BOTH_M = 4.3  # from where a person of 1.8 m with raised arms and a robot are seen
 _NEAREST_M = 3.4  # from where two who stand side by side are both seen
 _GHOST = (0.35, 0.75, 1.0, 0.3)
 _TOUCHES = (0.2, 0.85, 0.45)
@@ -81,7 +82,7 @@ class Stage:
     def look_beside(self, aside: ndarray, width_m: float) -> None:
         """Follow the robot from the front, looking a way to its side, so that all who stand in some width are seen."""
         self._aside, self._camera.azimuth = aside, 180.0
-        self._camera.distance = max(_NEAREST_M, 1.5 * width_m + 1.0)
+        self._camera.distance = max(_BOTH_M, 1.5 * width_m + 1.6)
 
     def draw(self, shot: Shot) -> ndarray:
         """One picture (height, width, 3)."""

@@ -52,6 +52,29 @@ def encoder() -> Any:
     return import_or_refuse("imageio_ffmpeg", refusal)
 
 
+def check_song(song: Path) -> None:
+    """Refuse what is no song before a film is drawn for it.
+
+    Raises:
+        OutputError: ffmpeg cannot read it.
+    """
+    words = [
+        encoder().get_ffmpeg_exe(),
+        "-v",
+        "error",
+        "-i",
+        str(song),
+        "-map",
+        "0:a:0",
+        "-t",
+        "0.5",
+        "-f",
+        "null",
+        "-",
+    ]
+    _run(words, song)
+
+
 def add_sound(film: Path, song: Path, at_s: float) -> None:
     """Put a song under a film, which stays as long as it is.
 
@@ -72,12 +95,16 @@ def add_sound(film: Path, song: Path, at_s: float) -> None:
         str(with_sound),
     ]  # fmt: skip
     try:
-        done = subprocess.run(words, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
-        if done.returncode:
-            said = (done.stderr.strip().splitlines() or ["no word"])[-1]
-            raise OutputError(
-                str(song), found=f"no song that can be read ({said})", expected="a WAV, MP3, M4A, FLAC or OGG"
-            )
+        _run(words, song)
         with_sound.replace(film)
     finally:
         with_sound.unlink(missing_ok=True)
+
+
+def _run(words: list[str], song: Path) -> None:
+    done = subprocess.run(words, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
+    if done.returncode:
+        said = (done.stderr.strip().splitlines() or ["no word"])[-1]
+        raise OutputError(
+            str(song), found=f"no song that can be read ({said})", expected="a WAV, MP3, M4A, FLAC or OGG"
+        )

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import Clip, Reference, read_clip, repair
+from clips import Clip, MetricKey, Reference, read_clip, repair
 from clips.edit import recentre, resample
 from clips.music import (
     Accents,
@@ -89,6 +89,10 @@ def retarget_to_music(
         if not lost:
             break
     assert best is not None
+    worse = best[1].report[MetricKey.BEAT_ERROR].value > recorded_error.median_ms
+    if worse and not (contacts or keys):  # no change of pace is better than one that helps nobody
+        _, where = to_the_beat(recorded, accents, beats, replace(music, stretch=0.0), start_s=start_s)
+        return _with_music(as_recorded, _beside(as_recorded.reference, beats, where.begins_s), recorded_error)
     return best[1]
 
 

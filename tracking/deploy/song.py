@@ -17,6 +17,15 @@ from tracking.errors import TrackingError
 _PATIENCE_S = 20.0
 
 
+def _cure(told: str) -> str:
+    """What helps against what the process said."""
+    if told.startswith("PortAudioError"):
+        return "this machine has no loudspeaker: dance without the song, or play it elsewhere"
+    if told.startswith("LibsndfileError"):
+        return "give it a WAV, FLAC, OGG or MP3"
+    return "pip install sounddevice soundfile; on Linux also the system's libportaudio2"
+
+
 class SongPlayer:
     """A song that waits for its word.
 
@@ -39,7 +48,7 @@ class SongPlayer:
             self.close()
             raise TrackingError(
                 f"song {song}", found=told or "no loudspeaker", expected="a song and a sound device",
-                cure="pip install sounddevice soundfile; on Linux also the system's libportaudio2",
+                cure=_cure(told),
             )  # fmt: skip
         self.late_s = float(told.split()[1])  # of the loudspeaker
 

@@ -51,3 +51,30 @@ def test_a_table_that_is_not_there_or_no_text(tmp_path):
 def test_beats_out_of_order_are_none():
     with pytest.raises(ClipError, match="out of order"):
         Beats(times_s=np.array([0.0, 1.0, 1.0]), source="mine")
+
+
+@pytest.mark.parametrize("first_s", [-0.1, -2.0, -100.25])
+def test_a_first_beat_before_the_song_stands_for_the_first_in_it(first_s):
+    times = steady_beats(104.0, first_s, 20.0).times_s
+    assert 0.0 <= times[0] < 60.0 / 104.0
+    assert np.isclose(
+        np.sin(np.pi * (times[0] - first_s) * 104.0 / 60.0), 0.0, atol=1e-6
+    )  # a whole number of beats later
+
+
+@pytest.mark.parametrize("first_s", [200.0, float("nan"), float("inf"), -1e9])
+def test_a_first_beat_after_the_song_is_refused(first_s):
+    with pytest.raises(ClipError, match="a second of the song"):
+        steady_beats(104.0, first_s, 20.0)
+
+
+@pytest.mark.parametrize("text", ["1,0.6\n2,1.2\n3,1.8\n", "0;0,60\n1;1,20\n2;1,80\n"])
+def test_beats_that_are_counted_are_not_seconds(tmp_path, text):
+    (tmp_path / "beats.csv").write_text(text)
+    with pytest.raises(ClipError, match="counted"):
+        read_beats(tmp_path / "beats.csv")
+
+
+def test_a_tempo_is_told_over_two_bars():
+    times = np.round(np.arange(0.6, 30.0, 60.0 / 104.0) / 0.0232) * 0.0232  # in steps of a tracker's window
+    assert Beats(times_s=times, source="x").bpm == pytest.approx(104.0, abs=0.6)

@@ -43,8 +43,7 @@ class Show {
     const { robot, policy } = this;
     const last = policy.motion.frames - 1;
     if (this.waits > 0 || policy.frame >= last) {
-      this.waits += this.told.dt;
-      robot.advance(this.targets, 0);
+      this.waits += this.told.dt; // it is looked at as it fell: nothing but its soles meets the floor
       if (this.waits > AFTER_FALL_S) this.begin();
       return;
     }
