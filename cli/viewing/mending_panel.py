@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from cli.viewing.hand_controls import HandControls
 from cli.viewing.joint_controls import JointControls
 from cli.viewing.live_panel import NOBODY, live_panel_of, tracker_of
 from cli.viewing.mending import Edits, Mending
@@ -86,6 +87,10 @@ class MendingPanel:
         JointControls(
             robot=result.robot, reference=result.reference, stated=edits.keys, shown=self._shown,
             state=lambda new: self._solve(lambda: mended(keys=(*self._mending.edits.keys, new))),
+        ).build(gui)  # fmt: skip
+        HandControls(
+            robot=result.robot, reference=result.reference, page=lambda: self.page,
+            state=lambda new: self._solve(lambda: mended(keys=(*self._mending.edits.keys, *new))),
         ).build(gui)  # fmt: skip
         WeightControls(
             stated=dict(edits.weights), state=lambda new: self._solve(lambda: mended(weights=tuple(new.items())))

@@ -11,6 +11,8 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
+from numpy import ndarray
+
 from clips import OutputError
 from retarget.stage.lanes import inset, lanes_svg, legend, playhead, report_table
 from retarget.stage.scene import SIDE_M, Scene
@@ -112,6 +114,18 @@ class Page:
         server.gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False,
                                    show_share_button=False, dark_mode=False)  # fmt: skip
         self.change(show)
+
+    def handle(self, place_w: ndarray) -> Any:
+        """Stop, and put arrows at a place of the first figure's world, to be dragged; their `position` is where they are [m]."""
+        with self._moving:
+            self._pause(True)
+            return self._server.scene.add_transform_controls(
+                "/world/figure_0/handle",
+                scale=0.25,
+                disable_rotations=True,
+                depth_test=False,
+                position=tuple(place_w.tolist()),
+            )
 
     def present(self, panel: Panel) -> None:
         """Show something else, with other controls, from its beginning on."""

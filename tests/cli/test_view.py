@@ -149,6 +149,29 @@ def test_a_touch_is_dragged_by_its_end_and_weights_are_chosen(clip):
     assert mending.edits.weights == (("arm", 76.0),) and len(mending.edits.touches) == 2
 
 
+def test_a_hand_is_dragged_and_held_there(clip):
+    mending = Mending(clip, "dancer", FileOptions())
+    panel, gui = MendingPanel(mending), Gui()
+    arrows = SimpleNamespace(position=None)
+
+    def handle(place_w):
+        arrows.position = place_w + (0.0, 0.0, 0.08)  # dragged up
+        return arrows
+
+    panel.page = SimpleNamespace(seconds=3.0, frame=150, change=lambda show: None, handle=handle)
+    panel.build(gui)
+    gui.by_label["hold it where it is dragged"].press(None)
+    assert not mending.edits.keys  # take it first
+    gui.by_label["hand"].value = "right hand"
+    gui.by_label["take it"].press(None)
+    gui.by_label["hold it where it is dragged"].press(None)
+    begin = mending.result.reference.dance.start
+    assert {key.time for key in mending.edits.keys} == {round((150 - begin) / 50.0, 3)}
+    robot, reference = mending.result.robot, mending.result.reference
+    now = robot.landmark_pos(("right_wrist",), reference.body_pos_w[150], reference.body_quat_w[150])[0]
+    assert np.linalg.norm(now - arrows.position) < 0.03
+
+
 def test_what_is_dropped_is_kept_solved_or_asked_about(clip, tmp_path):
     panel, gui, presented = UploadPanel("dancer", FileOptions(), "none"), Gui(), []
     panel.page = SimpleNamespace(present=presented.append)
