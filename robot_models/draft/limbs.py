@@ -27,6 +27,7 @@ _TOE = 0.04  # ahead of the joint before it, beyond which the last body of a leg
 _CLUSTER = 3  # joints of a hip or a shoulder
 _MIRRORED = 0.03  # left and right are each other's mirror images to this [m]
 _LIMB = 0.2  # of the longest way from the root: no finger is that long
+_ARM = 1.5  # times as long as its collar bone, at least
 _COLLAR_M = 0.05  # a ball further along an arm than this is its shoulder, and a collar bone what is before it [m]
 _APART_M = 0.02  # bodies nearer than this are at one place
 _TWIST = 0.7  # cosine between a joint's axis and its limb, from which it turns the limb and does not bend it
@@ -131,7 +132,9 @@ def _upper_arm_to_wrist(positions: Float[ndarray, "K 3"], way: tuple[int, ...]) 
     balls = [k for k, wide in enumerate(spread) if wide < _APART_M]
     balls = [k for k in balls if k - 1 not in balls]
     if len(balls) < 4:
-        collared = bool(balls) and float(np.linalg.norm(places[balls[0]] - places[0])) > _COLLAR_M
+        bones = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        before, beyond = (float(b.sum()) for b in (bones[: balls[0]], bones[balls[0] :])) if balls else (0.0, 0.0)
+        collared = before > _COLLAR_M and beyond > _ARM * before  # else it is a wrist
         return balls[0] if collared else 0, len(way) - 1
     bones = np.linalg.norm(np.diff(places[balls], axis=0), axis=1)
     upper = int(np.argmax(np.minimum(bones[:-1], bones[1:])))
