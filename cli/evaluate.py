@@ -93,6 +93,8 @@ def _on_the_beat(bundle: Bundle, results: Mapping[str, Evaluation]) -> list[str]
         error = beat_error(
             find_accents(robot_parts(bundle.robot, path), fps), music.beats_s - begins_s, len(path) / fps
         )
+        if error is None:
+            continue
         share, off = 100 * error.on_beat, error.median_ms
         told = {key: measured["value"] for key, measured in bundle.reference.report.items()}
         meant = (

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from tracking.evaluation import PoseStream
 
-_GHOST = (0.35, 0.75, 1.0, 0.3)
-
 
 def show_live(show: PoseStream) -> int:
     """In a window, in real time; returns the number of frames that there were.
@@ -73,8 +71,9 @@ def _again(show: PoseStream, seen: list[tuple[ndarray, ndarray | None]]) -> Iter
 
 def _add_ghost(mujoco: Any, model: Any, data: Any, scene: Any) -> None:
     """The robot in another pose, pale and transparent."""
+    from retarget.recordings import veil
+
     mujoco.mj_forward(model, data)
     moving = int(mujoco.mjtCatBit.mjCAT_DYNAMIC)
     mujoco.mjv_addGeoms(model, data, mujoco.MjvOption(), mujoco.MjvPerturb(), moving, scene)
-    for geom in scene.geoms[: scene.ngeom]:
-        geom.rgba[:], geom.matid, geom.transparent = _GHOST, -1, 1
+    veil(scene.geoms[: scene.ngeom])

@@ -11,7 +11,7 @@ from cli.retargeting.arguments import Arguments
 from cli.shell import Trouble, Verdict, again, flag, line
 from clips import Clip, MetricKey
 from clips.checks import Check
-from clips.music import Beats, Music, music_of
+from clips.music import Music, music_of
 from retarget import Cure, Diagnosis, Report, Retargeted, Transition, flight_fit, hardest_stretches
 
 _OFF_FLIGHT_M = 0.03  # of a flight's rise from gravity's that is worth a line
@@ -130,9 +130,8 @@ def _changed(args: Arguments) -> list[str]:
 
 def _danced_to(music: Music | None, begins_s: float) -> list[str]:
     """Which beats, and where in the song."""
-    if music is None:
+    if music is None or (bpm := music.bpm) is None:
         return []
-    bpm = Beats(times_s=music.beats_s, source=music.source).bpm
     song = Path(music.song).name or "beats"
     told = f"danced to {song}: {bpm:.1f} beats a minute, {music.source}; begins at second {begins_s - music.song_at_s:.1f} of it"
     twice = music.source == "found in it" and not _LIKELY[0] <= bpm <= _LIKELY[1]

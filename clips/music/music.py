@@ -11,6 +11,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.music.accents import Accents
+from clips.music.beats import Beats
 from clips.reference import Reference
 
 
@@ -22,6 +23,11 @@ class Music:
     song_at_s: float  # second of the reference at which the song begins; below 0: so much of it is skipped
     song: str = ""  # its file, where there is one
     source: str = ""  # where the beats are from
+
+    @property
+    def bpm(self) -> float | None:
+        """Beats per minute; None of fewer than two."""
+        return None if len(self.beats_s) < 2 else Beats(times_s=self.beats_s, source=self.source).bpm
 
     def as_meta(self) -> dict[str, Any]:
         """For the reference's file."""
@@ -50,11 +56,10 @@ class BeatError:
 
 
 _ON_BEAT_MS = 40.0
-_NONE = BeatError(median_ms=np.nan, p95_ms=np.nan, on_beat=0.0)
 
 
-def beat_error(accents: Accents, beats_s: Float[ndarray, "B"], duration_s: float) -> BeatError:
-    """The beat error of a dance.
+def beat_error(accents: Accents, beats_s: Float[ndarray, "B"], duration_s: float) -> BeatError | None:
+    """The beat error of a dance; None of one that has no accent near a beat.
 
     Args:
         accents: of the dance.
@@ -63,12 +68,12 @@ def beat_error(accents: Accents, beats_s: Float[ndarray, "B"], duration_s: float
         duration_s: of the dance [s].
     """
     danced = beats_s[(beats_s >= 0.0) & (beats_s <= duration_s)]
-    if not len(accents.times_s):
-        return _NONE
+    if len(beats_s) < 2 or not len(accents.times_s):
+        return None
     off = 1e3 * np.abs(danced[:, None] - accents.times_s).min(axis=1)
     off = off[off <= 1e3 * np.median(np.diff(beats_s))]
     if not len(off):
-        return _NONE
+        return None
     return BeatError(
         median_ms=float(np.median(off)),
         p95_ms=float(np.percentile(off, 95)),

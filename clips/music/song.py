@@ -72,10 +72,13 @@ def duration_of(song: Path) -> float | None:
         ClipError: it cannot be read.
     """
     try:
-        samples, rate = _samples(song)
+        import soundfile
     except ImportError:
         return None
-    return len(samples) / rate
+    try:
+        return float(soundfile.info(song).duration)
+    except (OSError, RuntimeError) as e:
+        raise _no_song(song, e) from e
 
 
 def loudness(song: Path, times_s: Float[ndarray, "T"]) -> Float[ndarray, "T"] | None:
@@ -114,11 +117,15 @@ def _samples(song: Path) -> tuple[Float[ndarray, "S"], int]:
     try:
         samples, rate = soundfile.read(song, dtype="float32", always_2d=True)
     except (OSError, RuntimeError) as e:
-        raise ClipError(
-            str(song), found=f"no song that can be read ({e})", expected="a WAV, FLAC, OGG or MP3",
-            cure="ffmpeg -i song.m4a song.wav",
-        ) from e  # fmt: skip
+        raise _no_song(song, e) from e
     return samples.mean(axis=1), int(rate)
+
+
+def _no_song(song: Path, why: Exception) -> ClipError:
+    return ClipError(
+        str(song), found=f"no song that can be read ({why})", expected="a WAV, FLAC, OGG or MP3",
+        cure="ffmpeg -i song.m4a song.wav",
+    )  # fmt: skip
 
 
 def _on_onsets(times: Float[ndarray, "B"], onsets: Float[ndarray, "F"], step_s: float) -> Float[ndarray, "B"]:

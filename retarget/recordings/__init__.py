@@ -1,7 +1,7 @@
 """What a person looks at: Rerun recordings, films, pictures of reports. The one room that knows Rerun."""
 
 from retarget.recordings.film import write_film
-from retarget.recordings.off_screen import Shot, as_it_looks
+from retarget.recordings.off_screen import Shot, as_it_looks, veil
 from retarget.recordings.pictures import save_still
 from retarget.recordings.plots import plot_report
 from retarget.recordings.retargeting_film import save_film
@@ -21,5 +21,6 @@ __all__ = [
     "save_rollouts",
     "save_still",
     "show",
+    "veil",
     "write_film",
 ]

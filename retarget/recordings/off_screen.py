@@ -46,6 +46,12 @@ class Shot:
     touches: tuple[bool, bool] = (False, False)  # which foot touches the floor
 
 
+def veil(shapes: Sequence[Any]) -> None:
+    """Make shapes of a scene pale and transparent: a ghost's."""
+    for shape in shapes:
+        shape.rgba[:], shape.matid, shape.transparent = _GHOST, -1, 1
+
+
 class Stage:
     """MuJoCo's renderer with a camera that follows the robot, the ghost as a veil, and a person of bones.
 
@@ -100,8 +106,7 @@ class Stage:
             self._add_robot(shot.beside)
             self._add_blobs(self._other, (False, False))
         if shot.ghost is not None:
-            for geom in self._add_robot(shot.ghost):
-                geom.rgba[:], geom.matid, geom.transparent = _GHOST, -1, 1
+            veil(self._add_robot(shot.ghost))
         for start, end, radius, rgba in shot.bones:
             geom = self._add(mj.mjtGeom.mjGEOM_CAPSULE, np.zeros(3), np.zeros(3), np.zeros(9), rgba)
             mj.mjv_connector(geom, mj.mjtGeom.mjGEOM_CAPSULE, radius, start, end)

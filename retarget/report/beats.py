@@ -9,8 +9,10 @@ from retarget.report.metric import Metric
 _MEANING = "from each beat of the song to the dance's nearest accent"
 
 
-def beat_metrics(danced: BeatError, recorded: BeatError) -> tuple[Metric, ...]:
-    """The rows of a report, at the pace that was found and at the recorded one."""
+def beat_metrics(danced: BeatError | None, recorded: BeatError | None) -> tuple[Metric, ...]:
+    """The rows of a report, at the pace that was found and at the recorded one; none where either has nothing to tell."""
+    if danced is None or recorded is None:
+        return ()
     share = "beats with an accent within 40 ms"
     return (
         Metric(key=MetricKey.BEAT_ERROR, value=danced.median_ms, unit="ms", meaning=_MEANING),

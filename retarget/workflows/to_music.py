@@ -75,8 +75,8 @@ def retarget_to_music(
     recorded = recentre(resample(repair(clip), config.fps))
     as_recorded = retarget(recorded, robot, config, progress=progress)
     accents = _accents(as_recorded)
-    _, where = to_the_beat(recorded, accents, beats, replace(music, stretch=0.0), start_s=start_s)
-    recorded_error = beat_error(accents, beats.times_s - where.begins_s, recorded.frames / recorded.fps)
+    _, unpaced = to_the_beat(recorded, accents, beats, replace(music, stretch=0.0), start_s=start_s)
+    recorded_error = beat_error(accents, beats.times_s - unpaced.begins_s, recorded.frames / recorded.fps)
     held = {m.key for m in as_recorded.report.metrics if m.passed}
     best: tuple[int, Retargeted] | None = None
     for share in _SHARES:
@@ -89,16 +89,15 @@ def retarget_to_music(
         if not lost:
             break
     assert best is not None
-    worse = best[1].report[MetricKey.BEAT_ERROR].value > recorded_error.median_ms
+    told = {m.key: m.value for m in best[1].report.metrics}
+    worse = MetricKey.BEAT_ERROR in told and told[MetricKey.BEAT_ERROR] > told[MetricKey.BEAT_ERROR_RECORDED]
     if worse and not (contacts or keys):  # no change of pace is better than one that helps nobody
-        _, where = to_the_beat(recorded, accents, beats, replace(music, stretch=0.0), start_s=start_s)
-        return _with_music(as_recorded, _beside(as_recorded.reference, beats, where.begins_s), recorded_error)
+        return _with_music(as_recorded, _beside(as_recorded.reference, beats, unpaced.begins_s), recorded_error)
     return best[1]
 
 
-def _curves(result: Retargeted, music: Music) -> dict[str, Float[ndarray, "T"]]:
+def _curves(reference: Reference, accents: Accents, music: Music) -> dict[str, Float[ndarray, "T"]]:
     """To be looked at: pulses of the beats, and of the dance's accents; how loud the song is."""
-    reference, accents = result.reference, _accents(result)
     time = np.arange(reference.frames) / reference.fps
     at_s = accents.times_s + reference.dance.start / reference.fps
     curves = {
@@ -132,14 +131,14 @@ def _beside(reference: Reference, beats: Beats, begins_s: float) -> Music:
     )  # fmt: skip
 
 
-def _with_music(result: Retargeted, music: Music, recorded: BeatError) -> Retargeted:
-    reference, dance = result.reference, result.reference.dance
+def _with_music(result: Retargeted, music: Music, recorded: BeatError | None) -> Retargeted:
+    reference, dance, accents = result.reference, result.reference.dance, _accents(result)
     first_s, last_s = dance.start / reference.fps, (dance.stop - 1) / reference.fps
-    danced = beat_error(_accents(result), music.beats_s - first_s, last_s - first_s)
+    danced = beat_error(accents, music.beats_s - first_s, last_s - first_s)
     report = replace(
         result.report,
         metrics=(*result.report.metrics, *beat_metrics(danced, recorded)),
-        series={**result.report.series, **_curves(result, music)},
+        series={**result.report.series, **_curves(reference, accents, music)},
     )
     meta = {**reference.meta, "music": music.as_meta(), "report": report.as_dict()}
     return replace(result, reference=replace(reference, meta=meta), report=report)

@@ -1,12 +1,14 @@
 """A dance on a robot and on the beat: the reference knows its song, tells its error, and loses no gate by it."""
 
+import json
+
 import numpy as np
 import pytest
 from conftest import SAMPLES
 
 from clips import MetricKey, cut, load_reference, read_clip, save_reference
 from clips.music import music_of, steady_beats
-from retarget import retarget, retarget_to_music
+from retarget import RetargetConfig, retarget, retarget_to_music
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +53,15 @@ def test_beats_are_seen_in_recording_and_page(danced):
     curves = result.report.series
     assert curves["beats of the song"].sum() == len(music.beats_s)
     assert len(curves["accents of the dance"]) == result.reference.frames
+
+
+@pytest.mark.parametrize("seconds", [0.3, 0.8])
+def test_a_dance_that_is_too_short_for_a_beat_has_no_error_and_a_file_all_the_same(seconds, tmp_path):
+    clip = cut(read_clip(SAMPLES / "groove.bvh"), 0.0, seconds)
+    result = retarget_to_music(
+        clip, "dancer", steady_beats(40.0, 0.4, 30.0), RetargetConfig(lead_in_s=0.0, lead_out_s=0.0)
+    )
+    assert MetricKey.BEAT_ERROR not in {m.key for m in result.report.metrics}
+    save_reference(result.reference, tmp_path / "a.npz")
+    told = load_reference(tmp_path / "a.npz").meta
+    json.loads(json.dumps(told), parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))

@@ -47,8 +47,7 @@ class Show {
       if (this.waits > AFTER_FALL_S) this.begin();
       return;
     }
-    this.targets = policy.act(robot.measured);
-    robot.advance(this.targets, Math.round(find("late").value / 1000 / robot.model.opt.timestep));
+    robot.advance(policy.act(robot.measured), Math.round(find("late").value / 1000 / robot.model.opt.timestep));
     if (robot.fell(policy.frame)) {
       this.falls += 1;
       this.waits = this.told.dt;
