@@ -156,6 +156,7 @@ class IdentifyConfig:
     beyond_wrong: float = 0.02  # share of them that no robot's own file has
     most_tilt: float = 0.06  # median height of the flatter sole's edge over its other edge [m]
     shortest: float = 0.5  # of a person [m]
+    absurd: float = 1e9  # no place of anybody, in any unit
     tallest: float = 2.6  # [m]
     leg_share: float = 0.491  # thigh and shank over stature (Drillis & Contini 1966: .245 + .246)
     legs: tuple[float, float] = (0.62, 1.05)  # of a person, by which a unit is found [m]

@@ -78,6 +78,10 @@ class ReadOptions:
     source_robot: str | None = None  # the robot that a joint-space file was made for
     skeleton: str | None = None  # path of the ASF that an AMC was recorded on
     mapping: str | None = None  # path of a file that says which point is which part of the body
+    layout: str | None = None  # the order of points without names: a name, or the path of a text with one name a line
+    body_model: str | None = (
+        None  # path of a user's own SMPL, SMPL-H or SMPL-X model, whose shape a file's betas change
+    )
     person: str | None = None  # of several people in one file: the name of the root, or a number from 1
     level: bool | None = None  # False: leave a floor that leans as it is
     travel: str | None = None  # "from-feet": the way over the floor made anew from the feet that stand

@@ -35,6 +35,10 @@ class FileOptions:
     """The ASF that an AMC was recorded on, where it does not lie beside it."""
     mapping: str | None = None
     """A file that says which point is which part of the body, for skeletons that no custom tells apart."""
+    layout: str | None = None
+    """The order of points without names: smpl22, h36m17, coco17 and others, or a .txt with one name a line."""
+    body_model: str | None = None
+    """Your own SMPL, SMPL-H or SMPL-X model (.npz): the bones get the lengths of the file's betas."""
     person: str | None = None
     """Of several people or clips in one file: a name (of the root, of the clip), or a number; FILE#2 says the same."""
     level: bool = True
@@ -70,6 +74,8 @@ class FileOptions:
             source_robot=self.source_robot,
             skeleton=self.skeleton,
             mapping=self.mapping,
+            layout=self.layout,
+            body_model=self.body_model,
             person=self.person,
             level=None if self.level else False,
             travel=self.travel,

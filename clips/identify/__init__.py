@@ -5,11 +5,14 @@ from clips.identify.human import human_clip
 from clips.identify.joint_layout import breadth_first, choose_layout, joint_order, joints_by_name
 from clips.identify.landmark_names import find_landmarks
 from clips.identify.mapping import MappingNeededError, UnknownSkeletonError
+from clips.identify.point_layout import LAYOUTS, PointLayout, point_layout
 from clips.identify.robot import robot_clip
 
 __all__ = [
+    "LAYOUTS",
     "MappingNeededError",
     "NamedMotion",
+    "PointLayout",
     "UnknownSkeletonError",
     "breadth_first",
     "check_against_bodies",
@@ -20,5 +23,6 @@ __all__ = [
     "in_root",
     "joint_order",
     "joints_by_name",
+    "point_layout",
     "robot_clip",
 ]

@@ -68,6 +68,8 @@ def human_clip(
         ClipError: landmarks missing, long gaps, mirrored or impossible points.
     """
     raw.check_rate(fps)
+    if not (np.abs(np.nan_to_num(positions, posinf=np.inf)) < IDENTIFY.absurd).all():
+        raise ClipError(raw.name, found="places that are not finite, or absurd", expected="where somebody was")
     known, limbs = _landmarks_of(raw, names, parents, positions, options, landmarks)
     whole = without_gaps(positions, names, [known[k] for k in REQUIRED], fps, raw.name)
     positions, kept = whole.positions, list(whole.points)

@@ -16,22 +16,16 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips.clip import REQUIRED, HumanClip
+from clips.clip import HumanClip
 from clips.errors import ClipError
-from clips.identify import UnknownSkeletonError, human_clip
 from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
-from clips.readers.markers import joint_centres
+from clips.readers.marker_clip import marker_clip
 
-_PARENTS = {
-    "hip": "pelvis", "knee": "hip", "ankle": "knee", "toe": "ankle", "neck": "pelvis", "head": "neck", "shoulder": "neck",
-    "elbow": "shoulder", "wrist": "elbow",
-}  # fmt: skip
 _INTEL, _MIPS = 84, 86  # their signs in the parameter section
 _BLOCK = 512  # bytes; sections of a C3D begin at whole blocks
 _WORKER = Path(__file__).with_name("c3d_worker.py")
 _MOST_BYTES = 1 << 30  # of the worker's memory, beside twelve times the file
 _MOST_SECONDS = 120.0
-_WHOLE_BODY = 24  # markers that may hold what was not recognised: legs alone have 16 to 20
 _SUBJECT = 6  # markers that share a prefix, from which on it is a person's
 _UNLABELLED = re.compile(r"\*.*|(uname|unlabell?ed|traj)\W*\d+|", re.IGNORECASE)
 
@@ -55,37 +49,9 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     markers, repairs = _markers(_one_subject(raw, content, options))
     if not markers:
         raise ClipError(raw.name, found="no labelled marker", expected="markers with names", cure="label them first")
-    seen = {name: unit * xyz for name, xyz in markers.items()}
-    joints = None if options.mapping else joint_centres(seen)
-    if joints is not None:
-        _check_whole(raw, list(seen), list(joints[0]))
-    points, findings = (seen, [rate]) if joints is None else (joints[0], [rate, joints[1]])
-    names = list(points)
-    return human_clip(
-        raw,
-        dialect=f"C3D, {len(markers)} labelled markers",
-        fps=fps,
-        names=names,
-        positions=np.stack([points[n] for n in names], axis=1),
-        orientations=None,
-        parents=[_parent(n, names) for n in names],
-        options=options,
-        unit=unit_finding,
-        findings=findings,
-        repairs=repairs,
-    )
-
-
-def _check_whole(raw: RawFile, markers: list[str], found: list[str]) -> None:
-    """Refuse a marker set of which only a part of a body is known; a mapping to fill in lists the markers themselves."""
-    missing = [k for k in REQUIRED if k not in found]
-    if not missing:
-        return
-    if len(markers) >= _WHOLE_BODY:
-        raise UnknownSkeletonError(raw.name, markers, missing, {})
-    raise ClipError(
-        raw.name, found=f"{len(markers)} markers, none for {', '.join(missing)}", expected="markers of the whole body",
-        cure="export the other markers too: a part of a body cannot lead a robot",
+    return marker_clip(
+        raw, dialect=f"C3D, {len(markers)} labelled markers", fps=fps, unit=(unit, unit_finding), markers=markers,
+        options=options, findings=[rate], repairs=repairs,
     )  # fmt: skip
 
 
@@ -217,10 +183,3 @@ def _markers(content: Mapping[str, ndarray]) -> tuple[dict[str, Float[ndarray, "
     if unlabelled:
         repairs.append(Repair(what="markers without a label left out", count=unlabelled, of="points"))
     return found, repairs
-
-
-def _parent(name: str, names: list[str]) -> int:
-    side, _, part = name.rpartition("_")
-    above = _PARENTS.get(part, "")
-    above = f"{side}_{above}" if side and above not in ("pelvis", "neck") else above
-    return names.index(above) if above in names and above != name else -1

@@ -17,13 +17,14 @@ from clips.identify import (
     check_against_velocities,
     choose_layout,
     in_root,
+    joints_by_name,
     robot_clip,
 )
 from clips.provenance import Finding, RawFile, ReadOptions
-from clips.readers import smpl
-from clips.readers.one_of_several import one_of_several, refuse_another
+from clips.readers import point_arrays, qpos_npz, smpl
+from clips.readers.one_of_several import refuse_another
 from clips.readers.rates import rate
-from robot_models import RobotModel, forward_kinematics, installed, load_robot, robot_names
+from robot_models import RobotModel, forward_kinematics, load_robot
 from robot_models.incoming import MAX_NAME, parsed, read_arrays
 from robot_models.maths import rotation as rot
 
@@ -44,7 +45,8 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
     Raises:
         ClipError: broken archive, or no known set of keys.
     """
-    data = read_arrays(raw.data, raw.name, expected="a whole .npz", error=ClipError)
+    arrays = read_arrays(raw.data, raw.name, expected="a whole .npz", error=ClipError)
+    data = dict(qpos_npz.joints_apart(raw, arrays))
     if np.size(data.get("split_points", ())) <= 2:
         refuse_another(raw, options)
     if "pose_body" in data and "root_orient" in data and "poses" not in data:
@@ -53,17 +55,19 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
     if "poses" in data and "trans" in data:
         _need(raw, data, {"poses": 2, "trans": 2})
         return smpl.read(raw, data, options)
+    if "posed_joints" in data:
+        return point_arrays.read_kimodo(raw, data, options)
     if "dof_positions" in data and "body_positions" in data:
         return _isaac_amp(raw, data, options)
     if "joint_pos" in data and "body_pos_w" in data:
         return _motion(raw, data, options)
-    if {"qpos", "joint_names", "frequency"} <= set(data):
-        return _loco_mujoco(raw, data, options)
+    if qpos_npz.recognises(data):
+        return qpos_npz.read(raw, data, options)
     raise ClipError(
         raw.name,
         found=f"keys {', '.join(data)}",
-        expected="poses + trans (AMASS), joint_pos + body_pos_w (BeyondMimic, ours) dof_positions (Isaac AMP) or "
-        "qpos + joint_names (LocoMuJoCo)",
+        expected="poses + trans (AMASS), joint_pos + body_pos_w (BeyondMimic, ours) dof_positions (Isaac AMP), "
+        "posed_joints (Kimodo) or qpos (LocoMuJoCo, OmniRetarget)",
     )
 
 
@@ -100,12 +104,13 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
             raise ClipError(f"{raw.name}, {key}", found=f"shape {data[key].shape}", expected=f"{shape}, of some bodies")
     fps, finding = rate(raw, data, options, "fps")
     count = data["joint_pos"].shape[1]
-    if "joint_names" in data and "meta" in data:
+    if "joint_names" in data and ("meta" in data or "body_names" in data):
         _need(raw, data, {"joint_names": 1} | ({"body_names": 1} if "body_names" in data else {}))
-        robot = options.source_robot or _robot_of(raw, data)
         names = tuple(map(str, data["joint_names"]))
+        ours = "meta" in data
+        robot = (options.source_robot or _robot_of(raw, data)) if ours else joints_by_name(raw, names, options)[0]
         order = Finding(what="joint order", value="by name", why="key 'joint_names'", confidence="stated")
-        dialect = "reference of this project"
+        dialect = "reference of this project" if ours else "motion.npz with names (holosoma)"
         more = _held(raw, robot, names, data, ("joint_pos", "body_names", "body_pos_w", "body_quat_w"))
     else:
         data, more = _without_world(data)
@@ -230,59 +235,4 @@ def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) 
             Finding(what="joint order", value="by name", why="key 'dof_names'", confidence="stated"),
             *more,
         ],
-    )
-
-
-def _one_trajectory(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> Mapping[str, ndarray]:
-    """The trajectory that is asked for, of several in one file."""
-    if np.size(data.get("split_points", ())) <= 2:
-        return data
-    _need(raw, data, {"split_points": 1})
-    ends = np.asarray(data["split_points"])
-    if (
-        ends.dtype.kind not in "iu"
-        or ends[0] != 0
-        or ends[-1] != len(data["qpos"])
-        or (np.diff(ends) < MIN_FRAMES).any()
-    ):
-        raise ClipError(
-            f"{raw.name}, split_points", found=str(ends.tolist())[:60],
-            expected=f"frame numbers from 0 to {len(data['qpos'])}, {MIN_FRAMES} frames apart at least",
-        )  # fmt: skip
-    names = [f"trajectory {k + 1}" for k in range(len(ends) - 1)]
-    k = one_of_several(names, raw, options)
-    return {**data, "qpos": data["qpos"][int(ends[k]) : int(ends[k + 1])]}
-
-
-def _loco_mujoco(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> RobotClip:
-    """LocoMuJoCo's trajectory: qpos in MuJoCo's layout, the free joint first, joints by name."""
-    _need(raw, data, {"qpos": 2, "joint_names": 1})
-    fps, finding = rate(raw, data, options, "frequency")
-    data = _one_trajectory(raw, data, options)
-    free, *names = map(str, data["joint_names"])
-    if data["qpos"].shape[1] != 7 + len(names):
-        raise ClipError(
-            f"{raw.name}, qpos", found=f"{data['qpos'].shape[1]} columns for {free} and {len(names)} joints",
-            expected=f"{7 + len(names)}: a free root and one per joint",
-        )  # fmt: skip
-    fits = [r for r in robot_names() if installed(r) and set(names) <= set(load_robot(r).joint_names)]
-    robot = options.source_robot or (fits[0] if len(fits) == 1 else None)
-    if robot is None:
-        raise ClipError(
-            f"{raw.name}, joint_names", found=", ".join(names[:4]) + " ...", expected="joints of one robot that is known here",
-            cure="name the robot it was made for, or its profile (.toml)", option="source_robot",
-        )  # fmt: skip
-    qpos = np.asarray(data["qpos"], dtype=float)
-    return robot_clip(
-        raw,
-        dialect="LocoMuJoCo trajectory",
-        fps=fps,
-        robot=robot,
-        joint_names=tuple(names),
-        root_pos=qpos[:, :3],
-        root_quat=qpos[:, 3:7],
-        quat_order="wxyz",
-        joint_pos=qpos[:, 7:],
-        options=options,
-        findings=[finding, Finding(what="joint order", value="by name", why="key 'joint_names'", confidence="stated")],
     )

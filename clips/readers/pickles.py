@@ -13,7 +13,7 @@ from clips.clip import MIN_FRAMES, Clip, HumanClip, RobotClip
 from clips.errors import ClipError
 from clips.identify import NamedMotion, check_against_bodies, choose_layout, joint_order, joints_by_name, robot_clip
 from clips.provenance import Finding, RawFile, ReadOptions
-from clips.readers import smpl
+from clips.readers import smpl, video_poses
 from clips.readers.one_of_several import one_of_several, refuse_another
 from clips.readers.unpickler import OPENERS, load
 from robot_models import load_robot
@@ -35,7 +35,17 @@ def read(raw: RawFile, options: ReadOptions) -> Clip:
     Raises:
         ClipError: it asks for code, or holds none of the known layouts.
     """
-    content = load(raw)
+    return read_content(raw, load(raw), options)
+
+
+def read_content(raw: RawFile, content: Any, options: ReadOptions) -> Clip:
+    """Read what was unpacked, by the keys it holds.
+
+    Raises:
+        ClipError: none of the known layouts.
+    """
+    if isinstance(content, Mapping) and video_poses.recognises(content):
+        return video_poses.read(raw, content, options)
     if isinstance(content, Mapping) and len(content) == 1 and isinstance(next(iter(content.values())), Mapping):
         one_of_several([str(next(iter(content)))], raw, replace(options, person=options.person or "1"))
         return _phc(raw, next(iter(content.values())), options)
@@ -50,6 +60,8 @@ def _one_clip(raw: RawFile, content: Any, options: ReadOptions) -> Clip:
     """A clip by the keys that it has."""
     if isinstance(content, Mapping) and {"root_pos", "root_rot", "dof_pos"} <= set(content):
         return _gmr(raw, content, options)
+    if isinstance(content, Mapping) and {"root_trans", "root_ori", "dof_pos"} <= set(content):
+        return _phuma(raw, content, options)
     if isinstance(content, Mapping) and {"smpl_poses", "smpl_trans"} <= set(content):
         return _aist(raw, content, options)
     if isinstance(content, Mapping) and "frames" in content:
@@ -60,8 +72,8 @@ def _one_clip(raw: RawFile, content: Any, options: ReadOptions) -> Clip:
     raise ClipError(
         raw.name,
         found=f"a pickle with {keys}",
-        expected="GMR (root_pos, root_rot, dof_pos), PHC/ASAP/PBHC (root_trans_offset, dof), MimicKit (frames) or AIST++ "
-        "(smpl_poses, smpl_trans)",
+        expected="GMR (root_pos, root_rot, dof_pos), PHC/ASAP/PBHC (root_trans_offset, dof), PHUMA (root_trans, root_ori), "
+        "MimicKit (frames), AIST++ (smpl_poses, smpl_trans), or a result of GVHMR, WHAM, TRAM or 4D-Humans",
     )
 
 
@@ -77,6 +89,13 @@ def _gmr(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> Robo
         options,
         said=content,
     )
+
+
+def _phuma(raw: RawFile, content: Mapping[str, Any], options: ReadOptions) -> RobotClip:
+    return _joint_space(
+        raw, "PHUMA motion", content.get("fps"), content["root_trans"], content["root_ori"], "xyzw", content["dof_pos"],
+        options, said=content,
+    )  # fmt: skip
 
 
 def _phc(raw: RawFile, content: Mapping[Any, Any], options: ReadOptions) -> RobotClip:

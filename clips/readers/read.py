@@ -12,11 +12,42 @@ from clips.config import SWAY
 from clips.edit import travel_from_feet, travel_scaled
 from clips.errors import ClipError
 from clips.provenance import Finding, RawFile, ReadOptions
-from clips.readers import amc, bvh, c3d, deepmimic, npz, pickles, points_csv, robot_csv, torch_motion
+from clips.readers import (
+    amc,
+    bvh,
+    c3d,
+    deepmimic,
+    glb,
+    motive_csv,
+    mvnx,
+    npz,
+    numpy_array,
+    pickles,
+    points_csv,
+    robot_csv,
+    torch_motion,
+    trc,
+    vmd,
+)
 from clips.readers.one_of_several import file_and_name, refuse_another
 
 # Asked in this order; the first that recognises the content reads it.
-READERS: tuple[ModuleType, ...] = (bvh, amc, deepmimic, c3d, npz, torch_motion, pickles, points_csv, robot_csv)
+READERS: tuple[ModuleType, ...] = (
+    bvh, amc, deepmimic, c3d, npz, numpy_array, torch_motion, pickles, glb, mvnx, vmd, trc, motive_csv, points_csv,
+    robot_csv,
+)  # fmt: skip
+
+_SEVERAL = (
+    bvh,
+    c3d,
+    npz,
+    numpy_array,
+    torch_motion,
+    pickles,
+    glb,
+    mvnx,
+    motive_csv,
+)  # which may hold several people or clips
 
 _KNOWN_ELSEWHERE = {
     b"Kaydara FBX": ("an FBX file", "open it in Blender and export BVH"),
@@ -27,6 +58,7 @@ _KNOWN_ELSEWHERE = {
 }
 
 
+_EXPECTED = "CSV, PKL, NPZ, NPY, BVH, C3D, AMC, TRC, MVNX, GLB, VMD, torch's .pt or DeepMimic's txt"
 _FILMS = b"ftyp", b"matroska", b"webm", b"AVI LIST"  # among the first bytes
 
 
@@ -44,12 +76,15 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
     raw = RawFile.load(path)
     for reader in READERS:
         if reader.recognises(raw):
-            if reader not in (bvh, c3d, npz, pickles):  # which may hold several
+            if reader not in _SEVERAL:
                 refuse_another(raw, options)
             return _as_stated(_beside_its_own(_read(reader, raw, options), reader, raw, options), options)
+    if b"endheader" in raw.head:
+        cure = "give the TRC that it was solved from"
+        raise ClipError(raw.name, found="OpenSim's angles of a model", expected="where somebody was", cure=cure)
     for magic, (what, cure) in _KNOWN_ELSEWHERE.items():
         if raw.head.lstrip().startswith(magic):
-            raise ClipError(raw.name, found=what, expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt", cure=cure)
+            raise ClipError(raw.name, found=what, expected=_EXPECTED, cure=cure)
     if any(magic in raw.head[:64] for magic in _FILMS):
         raise ClipError(
             raw.name, found="a film", expected="the motion of a body",
@@ -58,7 +93,7 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
     raise ClipError(
         raw.name,
         found=f"content that no reader knows (it begins with {raw.head[:16]!r})",
-        expected="CSV, PKL, NPZ, BVH, C3D, AMC or DeepMimic's txt",
+        expected=_EXPECTED,
         cure="docs/formats.md lists every layout",
     )
 

@@ -1,20 +1,23 @@
 """SMPL, SMPL-H and SMPL-X poses on the mean skeleton: no body model is needed, and none is shipped.
 
-Offsets of the mean neutral shape, from the MJCF humanoid of ZhengyiLuo/PHC. A file's `betas` are not applied: bone
-proportions stay those of the mean person, scaled to the stature where the user states one; the clip's source says so.
+Offsets of the mean neutral shape, from the MJCF humanoid of ZhengyiLuo/PHC. A file's `betas` are applied to a model that the
+user names; without one bone proportions stay those of the mean person, and the clip's source says so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import MIN_FRAMES, HumanClip
 from clips.errors import ClipError
 from clips.identify import human_clip
 from clips.provenance import Finding, RawFile, ReadOptions
+from clips.readers.body_model import joints_at_rest
 from clips.readers.rates import rate
 from robot_models.maths import rotation as rot
 
@@ -43,16 +46,22 @@ _JOINTS = (
     ("left_wrist", 18, (0.2492, 0.009, -0.0012)),
     ("right_wrist", 19, (-0.2553, 0.0078, -0.0056)),
 )
+_MEAN = np.array([j[2] for j in _JOINTS])
+_MOST_BETA = 20.0  # standard deviations of a shape; no person is beyond 5
 _FAMILY = {66: "body", 72: "SMPL", 156: "SMPL-H", 165: "SMPL-X"}
 
 
-def read(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> HumanClip:
+def read(
+    raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions, dialect: str = "", findings: Sequence[Finding] = ()
+) -> HumanClip:
     """Points and orientations of 22 joints from axis-angle poses.
 
     Args:
         raw: the file.
-        data: its arrays; `poses` (T, 66 | 72 | 156 | 165) axis-angle [rad], `trans` (T, 3) [m].
+        data: its arrays; `poses` (T, 66 | 72 | 156 | 165) axis-angle [rad], `trans` (T, 3) [m]; `betas` where it has them.
         options: what the user states.
+        dialect: what was recognised; by default AMASS's keys.
+        findings: what was decided before.
 
     Raises:
         ClipError: another number of pose values, or no frame rate.
@@ -67,31 +76,48 @@ def read(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> Hum
         raise ClipError(f"{raw.name}, poses", found=f"{np.abs(poses).max():.3g}", expected="axis-angle in radians")
     # AMASS spells the key in two ways: SMPL-H files without, SMPL-X files with the second underscore.
     fps, finding = rate(raw, data, options, "mocap_framerate", "mocap_frame_rate", "fps")
-    positions, orientations = _pose(rot.exp(poses[:, : 3 * len(_JOINTS)].reshape(len(poses), -1, 3)), trans)
-    family = _FAMILY[poses.shape[1]]
-    skeleton = Finding(
-        what="skeleton", value="mean SMPL proportions", why="the file holds poses, not a body; betas are not applied",
-        confidence="assumed", option="stature",
-    )  # fmt: skip
+    offsets, skeleton = _offsets(raw, data, options)
+    positions, orientations = _pose(rot.exp(poses[:, : 3 * len(_JOINTS)].reshape(len(poses), -1, 3)), trans, offsets)
     names = [j[0] for j in _JOINTS]
     return human_clip(
         raw,
-        dialect=f"AMASS-like {family} poses, {poses.shape[1]} values",
+        dialect=dialect or f"AMASS-like {_FAMILY[poses.shape[1]]} poses, {poses.shape[1]} values",
         fps=fps,
         names=names,
         positions=positions,
         orientations=orientations,
         parents=[j[1] for j in _JOINTS],
         options=options,
-        findings=[finding, skeleton],
+        findings=[finding, skeleton, *findings],
     )
 
 
-def _pose(turns: ndarray, trans: ndarray) -> tuple[ndarray, ndarray]:
+def _offsets(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> tuple[Float[ndarray, "22 3"], Finding]:
+    """Offsets to the parents: of the user's model with the file's betas, or of the mean skeleton."""
+    if options.body_model is None:
+        return _MEAN, Finding(
+            what="skeleton", value="mean SMPL proportions", why="the file holds poses, not a body; betas are not applied",
+            confidence="assumed", option="body_model",
+        )  # fmt: skip
+    betas = np.asarray(data.get("betas", np.zeros(0)), dtype=float)
+    shape = np.median(betas, axis=0) if betas.ndim == 2 else betas.reshape(-1)
+    if not np.isfinite(shape).all() or np.abs(shape).max(initial=0.0) > _MOST_BETA:
+        raise ClipError(f"{raw.name}, betas", found=str(shape.tolist())[:60], expected=f"numbers within {_MOST_BETA:g}")
+    joints = joints_at_rest(Path(options.body_model), shape)
+    offsets = joints - joints[[max(j[1], 0) for j in _JOINTS]]
+    offsets[0] = joints[0]
+    gender = str(data["gender"]) if "gender" in data else "none"
+    return offsets, Finding(
+        what="skeleton", value=f"{Path(options.body_model).name} with {len(shape)} betas",
+        why=f"given; the file's gender is {gender}", confidence="stated", option="body_model",
+    )  # fmt: skip
+
+
+def _pose(turns: ndarray, trans: ndarray, offsets: ndarray = _MEAN) -> tuple[ndarray, ndarray]:
     """World positions and orientations; the root's own offset is part of SMPL's translation."""
     positions, orientations = np.zeros((*turns.shape[:2], 3)), np.zeros(turns.shape)
-    for i, (_, parent, offset) in enumerate(_JOINTS):
-        local = np.broadcast_to(np.array(offset), trans.shape)
+    for i, (_, parent, _offset) in enumerate(_JOINTS):
+        local = np.broadcast_to(offsets[i], trans.shape)
         if parent < 0:
             positions[:, i], orientations[:, i] = trans + local, turns[:, i]
         else:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float
 from numpy import ndarray
 
 from clips.errors import ClipError
@@ -90,6 +92,36 @@ def parse(raw: RawFile, *, named_points: bool = False) -> Table:
         notes.append("empty last column dropped")
     table = Table(raw=raw, columns=columns, values=values, fps=None, fps_why="", notes=tuple(notes))
     return _with_rate(table, rates, named_points)
+
+
+def number_rows(raw: RawFile, lines: Sequence[str], *, first: int, width: int, separator: str) -> Float[ndarray, "T W"]:
+    """The rows of numbers under a header of several lines; an empty cell is NaN.
+
+    Args:
+        raw: the file, for messages.
+        lines: of the whole file.
+        first: the place of the first row; empty lines are left out.
+        width: columns of every row; empty cells behind them are dropped, and ones that are missing at its end are empty.
+        separator: between the cells.
+
+    Raises:
+        ClipError: a row that is wider, text among the numbers, no row.
+    """
+    rows = []
+    for k, line in enumerate(lines[first:], start=first + 1):
+        if not line.strip():
+            continue
+        cells = line.rstrip("\r\n").split(separator)
+        if len(cells) > width and any(c.strip() for c in cells[width:]):
+            raise ClipError(f"{raw.name}, line {k}", found=f"{len(cells)} cells", expected=f"{width}")
+        try:
+            row = [float(c) if c.strip() else np.nan for c in cells[:width]]
+        except ValueError as e:
+            raise ClipError(f"{raw.name}, line {k}", found=f"text among the numbers ({e})", expected="numbers") from e
+        rows.append(row + [np.nan] * (width - len(row)))
+    if not rows:
+        raise ClipError(raw.name, found="no row", expected="a row per frame")
+    return np.array(rows)
 
 
 def _separator(line: str) -> str:

@@ -1,4 +1,4 @@
-"""ProtoMotions' `.motion`: a dictionary of tensors that torch saved, opened by torch's own loader of plain tensors."""
+"""What torch saved, opened by its own loader of plain tensors: ProtoMotions' `.motion`, GVHMR's results."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from clips.clip import RobotClip
+from clips.clip import Clip, RobotClip
 from clips.errors import ClipError
 from clips.identify import choose_layout, joint_order, robot_clip
 from clips.provenance import RawFile, ReadOptions
+from clips.readers import video_poses
 from clips.readers.rates import rate
 from robot_models import import_or_refuse
 from robot_models.incoming import refuse_bombs
@@ -25,17 +26,26 @@ def recognises(raw: RawFile) -> bool:
     return raw.head.startswith(b"PK\x03\x04") and b"/data.pkl" in raw.data[:200]
 
 
-def read(raw: RawFile, options: ReadOptions) -> RobotClip:
-    """Read joints and the root's pose; the other bodies follow from them.
+def read(raw: RawFile, options: ReadOptions) -> Clip:
+    """Read tensors by the keys they stand under.
 
     Raises:
         ClipError: torch is not installed, the file wants more than tensors, or holds another layout.
     """
-    data = _tensors(raw)
+    content = _tensors(raw)
+    if video_poses.recognises(content):
+        return video_poses.read(raw, content, options)
+    return _proto_motion(raw, {k: v for k, v in content.items() if isinstance(v, np.ndarray)}, options)
+
+
+def _proto_motion(raw: RawFile, data: dict[str, Any], options: ReadOptions) -> RobotClip:
+    """Joints and the root's pose; the other bodies follow from them."""
     missing = [k for k in _KEYS if k not in data]
     if missing:
         raise ClipError(
-            raw.name, found=f"no {', '.join(missing)} among {', '.join(data)}", expected="ProtoMotions' motion"
+            raw.name,
+            found=f"no {', '.join(missing)} among {', '.join(data)}",
+            expected="ProtoMotions' motion, or GVHMR's results",
         )
     joints, pos, quat = (data[k] for k in _KEYS)
     if not (
@@ -72,17 +82,13 @@ def _torch(raw: RawFile) -> Any:
 
 
 def _tensors(raw: RawFile) -> dict[str, Any]:
-    """Every tensor and number of the file as arrays."""
+    """Every tensor and number of the file as arrays, in the dictionaries that they stand in."""
     torch = _torch(raw)
     try:
         with zipfile.ZipFile(io.BytesIO(raw.data)) as archive:
             refuse_bombs(archive, raw.name, ClipError)
         content = torch.load(io.BytesIO(raw.data), map_location="cpu", weights_only=True)
-        return {
-            str(k): np.asarray(v, dtype=float)
-            for k, v in content.items()
-            if isinstance(v, (torch.Tensor, int, float)) and not isinstance(v, bool)
-        }
+        return _arrays(content, torch.Tensor)
     except ClipError:
         raise
     except Exception as e:  # torch names what it will not load in errors of every kind
@@ -90,3 +96,13 @@ def _tensors(raw: RawFile) -> dict[str, Any]:
             raw.name, found=f"a file that torch does not open as plain tensors ({str(e).splitlines()[0]:.120})",
             expected="a dictionary of tensors",
         ) from e  # fmt: skip
+
+
+def _arrays(content: Any, tensor: type) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in content.items():
+        if isinstance(value, dict):
+            found[str(key)] = _arrays(value, tensor)
+        elif isinstance(value, (tensor, int, float)) and not isinstance(value, bool):
+            found[str(key)] = np.asarray(value, dtype=float)
+    return found

@@ -23,17 +23,13 @@ from numpy import ndarray
 
 from clips.errors import ClipError
 from clips.provenance import RawFile
+from clips.readers import torch_pickle
 from robot_models.incoming import MAX_UNPACKED
 
 _MULTIARRAY = ("numpy.core.multiarray", "numpy._core.multiarray")
 _NUMERIC = ("numpy.core.numeric", "numpy._core.numeric")
 # Element types of numbers and text; a pickle may name a type in no other way.
 _TYPE = re.compile(r"[<>=|]?([?bhilqBHILQefdg]|[biufSU]\d{1,4})")
-# PHC's own pickles hold torch tensors; this makes arrays of them, where torch and joblib are.
-_WITHOUT_TENSORS = (
-    'python -c "import joblib; plain = lambda x: {{k: plain(v) for k, v in x.items()}} if isinstance(x, dict) else '
-    "x.numpy() if hasattr(x, 'numpy') else x; joblib.dump(plain(joblib.load('{file}')), 'plain.pkl')\""
-)
 _MOST_VALUES = 50_000_000  # outside of arrays: lists of lists of an hour of a robot
 _PART = 1 << 20  # bytes unpacked at a time
 
@@ -98,6 +94,7 @@ def _plain_unpickler(raw: RawFile) -> Any:
         **{(module, "_reconstruct"): _Array for module in _MULTIARRAY},
         **{(module, "scalar"): _scalar for module in _MULTIARRAY},
         **{(module, "_frombuffer"): _from_buffer for module in _NUMERIC},
+        **dict(torch_pickle.REBUILDERS),
     }
 
     class Plain(numpy_pickle.NumpyUnpickler):  # type: ignore[misc]
@@ -106,13 +103,12 @@ def _plain_unpickler(raw: RawFile) -> Any:
         def find_class(self, module: str, name: str) -> Any:
             if (module, name) in rebuilders:
                 return rebuilders[module, name]
-            tensors = module.split(".")[0] == "torch"
             raise ClipError(
-                raw.name, found=f"a pickle that wants to call {module}.{name}",
+                raw.name,
+                found=f"a pickle that wants to call {module}.{name}",
                 expected="numpy arrays and plain containers",
-                cure="do not open it elsewhere unless you trust whoever made it"
-                + (f"; if you do: {_WITHOUT_TENSORS.format(file=raw.name)}" if tensors else ""),
-            )  # fmt: skip
+                cure="do not open it elsewhere unless you trust whoever made it",
+            )
 
         def load_build(self) -> None:
             state, thing = self.stack.pop(), self.stack[-1]
@@ -136,9 +132,9 @@ class _Type:
     """`numpy.dtype` of a pickle: a type code, then a state that tells the byte order."""
 
     def __init__(self, code: Any, *_: Any) -> None:
-        if not (isinstance(code, str) and _TYPE.fullmatch(code)):
-            what = "Python objects" if isinstance(code, str) and code.startswith("O") else "an element type"
-            raise ValueError(f"{what} {code!r:.50}")
+        self.objects = code in ("O", "O8", "|O")
+        if not self.objects and not (isinstance(code, str) and _TYPE.fullmatch(code)):
+            raise ValueError(f"an element type {code!r:.50}")
         self.dtype = np.dtype(code)
 
     def take(self, state: Any) -> None:
@@ -146,7 +142,8 @@ class _Type:
         order, *structure = state[1:5]
         if order not in ("<", ">", "|", "=") or any(s is not None for s in structure):
             raise ValueError("an element type with a structure")
-        self.dtype = self.dtype.newbyteorder(order)
+        if not self.objects:
+            self.dtype = self.dtype.newbyteorder(order)
 
 
 class _Array:
@@ -155,11 +152,16 @@ class _Array:
     def __init__(self, kind: Any, shape: Any, _: Any) -> None:
         if kind is not _NDARRAY or shape != (0,):
             raise ValueError(f"an array begun with shape {shape!r:.50}")
-        self.array = np.zeros(0)
+        self.array: Any = np.zeros(0)
 
     def take(self, state: Any) -> None:
-        """Read the elements; a list instead of bytes is an array of objects."""
+        """Read the elements; a list instead of bytes is an array of objects: of a single one, what numpy.save wraps."""
         _, shape, kind, fortran, data = state
+        if isinstance(kind, _Type) and kind.objects:
+            if shape not in ((), (1,)) or not isinstance(data, list) or len(data) != 1:
+                raise ValueError("an array of Python objects")
+            self.array = data[0]
+            return
         if not isinstance(kind, _Type) or not isinstance(data, bytes):
             raise ValueError("an array of objects")
         self.array = np.frombuffer(data, kind.dtype).reshape(shape, order="F" if fortran else "C")
@@ -167,11 +169,15 @@ class _Array:
 
 def _scalar(kind: Any, data: Any) -> Any:
     """`numpy.core.multiarray.scalar`: one number."""
+    if kind.objects:
+        raise ValueError("a scalar of Python objects")
     return np.frombuffer(data, kind.dtype)[0]
 
 
 def _from_buffer(data: Any, kind: Any, shape: Any, order: Any) -> ndarray:
     """`numpy.core.numeric._frombuffer`, protocol 5's arrays."""
+    if kind.objects:
+        raise ValueError("an array of Python objects")
     return np.frombuffer(data, kind.dtype).reshape(shape, order=order)
 
 
@@ -182,6 +188,8 @@ def _plain(value: Any, done: dict[int, tuple[Any, int]]) -> tuple[Any, int]:
     """
     if id(value) in done:
         return done[id(value)]
+    if isinstance(value, _Array) and not isinstance(value.array, ndarray):
+        return _plain(value.array, done)
     if isinstance(value, (_Array, _Type)):
         return (value.array if isinstance(value, _Array) else value.dtype), 1
     out, count = value, 1

@@ -1,6 +1,6 @@
 """What comes in from outside: how large, deep and long it may be, and the doors that hold it to that."""
 
-from robot_models.incoming.archive import read_arrays, refuse_bombs
+from robot_models.incoming.archive import read_array, read_arrays, refuse_bombs
 from robot_models.incoming.child import refusal_of_child
 from robot_models.incoming.files import expanded, parsed, read_bytes, read_text, reading, regular_file
 from robot_models.incoming.limits import (
@@ -35,6 +35,7 @@ __all__ = [
     "file_name",
     "parsed",
     "printable",
+    "read_array",
     "read_arrays",
     "read_bytes",
     "read_text",

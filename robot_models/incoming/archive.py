@@ -49,6 +49,24 @@ def read_arrays(
     return arrays
 
 
+def read_array(data: bytes, where: str, *, expected: str, error: type[DanceError] = DanceError) -> ndarray | None:
+    """The array of a bare `.npy`; None for one of objects, which only unpickling could open.
+
+    Args:
+        data: the file.
+        where: its name, for messages.
+        expected: what it should be, for messages.
+        error: type of the refusal.
+
+    Raises:
+        DanceError: a broken header, or one that says more than the file holds.
+    """
+    try:
+        return _array(io.BytesIO(data), len(data))
+    except Exception as e:  # broken headers make numpy's parser raise whatever it likes
+        raise error(where, found=f"a broken array ({e})", expected=expected) from e
+
+
 def refuse_bombs(archive: zipfile.ZipFile, where: str, error: type[DanceError]) -> None:
     """Refuse an archive whose members say that they unpack to more than any clip holds.
 

@@ -5,8 +5,10 @@ import random
 import numpy as np
 import pytest
 from conftest import SAMPLES
+from other_tools import glb, motive, mvnx, point_files, smpl_files, steps_on_the_spot, trc, vmd
 from test_amc_deepmimic import deepmimic, motion, rest, skeleton
 from test_other_layouts import trajectory
+from test_other_tools import the_dance
 
 from clips import ReadOptions, read_clip, save_reference
 from clips.writers import LAYOUTS, write_motion
@@ -42,6 +44,11 @@ def files(groove, tmp_path_factory):
     skeleton(folder / "acclaim.asf")
     motion(folder / "acclaim.amc", np.random.default_rng(0))
     deepmimic(folder / "deepmimic.txt", rest().tolist())
+    dance = the_dance()
+    smpl_files(folder, dance)
+    point_files(folder, dance)
+    trc(folder / "dance.trc", dance), mvnx(folder / "dance.mvnx", dance), motive(folder / "motive.csv", dance)
+    glb(folder / "dance.glb", dance), vmd(folder / "dance.vmd", steps_on_the_spot())
     for sample in ("groove.bvh", "groove.csv"):
         (folder / sample).write_bytes((SAMPLES / sample).read_bytes()[:40_000])
     return sorted(p for p in folder.iterdir() if p.suffix != ".asf")

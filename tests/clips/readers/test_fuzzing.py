@@ -46,10 +46,18 @@ PICKLES = (
     "smpl_poses",
     "smpl_trans",
     "smpl_scaling",
+    "root_trans",
+    "root_ori",
+    "smpl_params_global",
+    "pred_rotmat",
+    "pred_trans",
+    "motion",
+    "lengths",
 )
 ARCHIVES = (
     "fps", "joint_pos", "body_pos_w", "body_quat_w", "joint_names", "meta", "dof_positions", "body_positions", "body_rotations",
     "dof_names", "body_names", "qpos", "frequency", "split_points", "poses", "trans", "mocap_framerate", "root_orient", "pose_body",
+    "betas", "posed_joints", "global_rot_mats", "joint_vel",
 )  # fmt: skip
 CELLS = st.one_of(st.floats(width=32).map(str), st.integers().map(str), st.text(max_size=6), st.just(""))
 BVH = st.sampled_from(["ROOT", "JOINT", "End", "{", "}", "OFFSET", "CHANNELS", "3", "Xrotation"])
