@@ -2,8 +2,8 @@
 
     python benchmarks/clips_to_robots.py FOLDER [--seconds 20]
 
-FOLDER holds clips by format (csv/, pkl/, npz/, bvh/). Every clip goes to `dancer`, one of each format to `g1` and
-`jvrc1`. Last result stands in clips_to_robots.md.
+FOLDER holds clips by format (csv/, pkl/, npz/, bvh/). Every clip goes to `dancer`, one of each format to every other robot
+that is here. Last result stands in clips_to_robots.md.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from clips import Clip, MetricKey, ReadOptions, cut, read_clip
 from retarget import retarget
-from robot_models import DanceError, installed, load_robot
+from robot_models import DanceError, installed, load_robot, robot_names
 
 COLUMNS = {
     MetricKey.POSITION_BEYOND_LIMITS: "over limits rad",
@@ -33,7 +33,6 @@ COLUMNS = {
 # Files that do not say their rate; it stands in their data set's card.
 RATES = {"g1_gangnam_style_60hz.csv": 60.0, "g1moves_tiktok.csv": 60.0, "lafan1_g1_dance1_subject2.csv": 30.0}
 FORMATS = ("csv", "pkl", "npz", "bvh")
-OTHERS = ("g1", "jvrc1")
 # One clip of a person per format that holds people; robot formats give one clip of a robot.
 ONE_EACH = (
     "g1moves_tiktok.csv",
@@ -54,7 +53,7 @@ def main() -> None:
     print(f"First {args.seconds:g} s of each clip; {platform.machine()}, one process.\n")
     print("| robot | clip | gates | frames/s |", " | ".join(COLUMNS.values()), "|")
     print("|" + "---|" * (4 + len(COLUMNS)))
-    for robot in ("dancer", *(r for r in OTHERS if installed(r))):
+    for robot in ("dancer", *(r for r in robot_names() if r != "dancer" and installed(r))):
         for file in files:
             if robot == "dancer" or file.name in ONE_EACH or file.parent == samples:
                 print(row(robot, file, args.seconds), flush=True)

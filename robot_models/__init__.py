@@ -13,7 +13,7 @@ from robot_models.geometry import (
     surface_points,
 )
 from robot_models.model import CONTACT_NAMES, PART_NAMES, RobotModel
-from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_text
+from robot_models.model_file import open_spec
 from robot_models.profile import FEET, LANDMARKS, RobotProfile, Sole, expand_patterns, read_profile
 from robot_models.rigid_body import (
     AXIAL,
@@ -34,10 +34,15 @@ from robot_models.rigid_body import (
     momentum,
     moved,
     other_side,
+    pinocchio_model,
+    pinocchio_q,
+    pinocchio_v,
     reflected_joints,
     skew,
     sole_corners,
     tangents,
+    urdf_link,
+    urdf_text,
 )
 from robot_models.surface import Piece, model_to_look_at, surface
 from robot_models.version import __version__
@@ -89,6 +94,7 @@ __all__ = [
     "model_to_look_at",
     "momentum",
     "moved",
+    "open_spec",
     "other_side",
     "own_robots",
     "pinocchio_model",
@@ -103,6 +109,7 @@ __all__ = [
     "surface",
     "surface_points",
     "tangents",
+    "urdf_link",
     "urdf_text",
     "visual_parts",
 ]

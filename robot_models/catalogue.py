@@ -14,6 +14,7 @@ from robot_models.errors import RobotError
 from robot_models.model import RobotModel
 from robot_models.model_file import locate
 from robot_models.profile import PROFILES, RobotProfile, read_profile
+from robot_models.variant import SIGN, variant_of
 
 DEFAULT_ROBOT = "dancer"
 
@@ -42,7 +43,9 @@ def own_robots() -> dict[str, Path]:
 
 
 def find_profile(name_or_path: str) -> RobotProfile:
-    """A profile by name, built-in or a user's own; or a profile file (`.toml`), or the profile beside a URDF or MJCF file.
+    """A profile by name, built-in or a user's own, or of a variant (`g1@without_wrists`).
+
+    Or a profile file (`.toml`), or the profile beside a URDF or MJCF file.
 
     Raises:
         RobotError: nothing of that name or path.
@@ -57,6 +60,9 @@ def find_profile(name_or_path: str) -> RobotProfile:
             f"robot '{name_or_path}'", found="no profile of it yet", expected="one that was drafted and kept",
             cure=f"keep one: dance-robot add {name_or_path}",
         )  # fmt: skip
+    base, sign, variant = name_or_path.rpartition(SIGN)
+    if sign and (base in robot_names() or base in own_robots()):
+        return variant_of(find_profile(base), variant)
     path = Path(name_or_path)
     if path.suffix in (".toml", ".urdf", ".xml", ".mjcf"):
         return read_profile(path.with_suffix(".toml"))
@@ -93,7 +99,7 @@ def _built_in(name: str) -> RobotProfile:
     return read_profile(PROFILES / f"{name}.toml")
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=32)
 def _load(name_or_path: str, _modified: int) -> RobotModel:
     return build_robot(find_profile(name_or_path))
 

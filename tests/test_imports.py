@@ -13,7 +13,7 @@ from conftest import ROOT
 # Each floor imports only floors before it; each room or module of a floor only those before it in its floor.
 HOUSE = {
     "robot_models": (
-        "maths version errors incoming profile model model_file rigid_body build geometry visual surface pinocchio_model "
+        "maths version errors incoming profile model model_file rigid_body build geometry visual surface variant "
         "catalogue draft"
     ),
     "clips": (

@@ -2,7 +2,7 @@
 
 from clips.identify.consistency import NamedMotion, check_against_bodies, check_against_velocities, in_root
 from clips.identify.human import human_clip
-from clips.identify.joint_layout import breadth_first, choose_layout, joint_order, joints_by_name
+from clips.identify.joint_layout import NamelessMotion, breadth_first, choose_layout, joint_order, joints_by_name
 from clips.identify.landmark_names import find_landmarks
 from clips.identify.mapping import MappingNeededError, UnknownSkeletonError
 from clips.identify.point_layout import LAYOUTS, PointLayout, point_layout
@@ -12,6 +12,7 @@ __all__ = [
     "LAYOUTS",
     "MappingNeededError",
     "NamedMotion",
+    "NamelessMotion",
     "PointLayout",
     "UnknownSkeletonError",
     "breadth_first",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -16,29 +17,54 @@ from clips.identify.quaternion_order import posed, roughness, unit_wxyz
 from clips.provenance import Finding, RawFile, ReadOptions
 from robot_models import RobotModel, installed, load_robot, robot_names
 
+_CLEARER = 2.0  # times as far astray as the right robot
+
 
 def layouts(count: int, robot_name: str | None) -> list[tuple[str, tuple[str, ...]]]:
     """Robots, and named subsets of their joints (`variants`), that have `count` joints: (robot, joint names).
 
-    Only the named robot where one is named, by catalogue key or by path.
+    Only the named robot where one is named, by catalogue key or by path. Of two variants of a robot with as many joints the
+    first is meant; the other is asked for by its own name (`g1@23dof`).
     """
-    found = []
+    found: list[tuple[str, tuple[str, ...]]] = []
     for name in [robot_name] if robot_name else [n for n in robot_names() if installed(n)]:
         robot = load_robot(name)
         for drop in ((), *robot.profile.variants.values()):
             kept = tuple(j for j in robot.joint_names if not any(re.fullmatch(p, j) for p in drop))
-            if len(kept) == count:
+            if len(kept) == count and name not in (robot for robot, _ in found):
                 found.append((name, kept))
     return found
 
 
-def choose_layout(raw: RawFile, count: int, options: ReadOptions) -> tuple[str, tuple[str, ...], Finding]:
-    """The robot and joint names of a file with `count` nameless joint columns.
+@dataclass(frozen=True, kw_only=True)
+class NamelessMotion:
+    """A root's way and joint columns of which nothing says whose they are."""
+
+    root_pos: Float[ndarray, "T 3"]  # [m]
+    root_quat: Float[ndarray, "T 4"]  # in either order
+    joint_pos: Float[ndarray, "T J"]  # [rad]
+
+
+def choose_layout(raw: RawFile, motion: NamelessMotion, options: ReadOptions) -> tuple[str, tuple[str, ...], Finding]:
+    """The robot and joint names of a file with nameless joint columns.
+
+    Of several robots with as many joints, the one that keeps its ranges and stands on its soles on the floor.
 
     Raises:
-        ClipError: no robot, or more than one, has that many joints.
+        ClipError: no robot has that many joints, or several do and none stands clearly better.
     """
+    count = motion.joint_pos.shape[1]
     fits = layouts(count, options.source_robot)
+    told = ""
+    if len(fits) > 1:
+        astray = {k: _astray(raw, robot, names, motion) for k, (robot, names) in enumerate(fits)}
+        best, next_best = sorted(astray, key=lambda k: astray[k])[:2]
+        told = ", ".join(f"{fits[k][0]} is off by {astray[k]:.0f}" for k in sorted(astray, key=lambda k: astray[k]))
+        if _CLEARER * astray[best] < astray[next_best]:
+            why = f"{count} joint values, which {len(fits)} robots have; in mm of its soles and per cent beyond its ranges {told}"
+            finding = Finding(what="robot", value=fits[best][0], why=why, confidence="measured", option="source_robot")
+            return *fits[best], finding
+        fits = [fits[best], *(fit for k, fit in enumerate(fits) if k != best)]
     if len(fits) == 1:
         robot, names = fits[0]
         measured = options.source_robot is None
@@ -49,12 +75,30 @@ def choose_layout(raw: RawFile, count: int, options: ReadOptions) -> tuple[str, 
     known = ", ".join(f"{n} {len(load_robot(n).joint_names)}" for n in robot_names() if installed(n))
     raise ClipError(
         raw.name,
-        found=f"{count} joint values per frame" + (f", which {len(fits)} robots have" if fits else ""),
+        found=f"{count} joint values per frame" + (f", which {len(fits)} robots have ({told})" if fits else ""),
         expected=f"a known robot's number of joints ({known})",
         cure="name the robot it was made for, or its profile (.toml)",
         option="source_robot",
         suggestion=fits[0][0] if fits else "",
     )
+
+
+def _astray(raw: RawFile, robot: str, names: tuple[str, ...], motion: NamelessMotion) -> float:
+    """How far columns are from being a robot's: its lower sole's roughness and height [mm], and ten times the per cent beyond."""
+    model = load_robot(robot)
+    probe = np.unique(np.linspace(0, len(motion.root_pos) - 1, IDENTIFY.probe_frames).astype(int))
+    root_pos, joint_pos = motion.root_pos[probe], motion.joint_pos[probe]
+    found = []
+    for order in (names, tuple(n for n in breadth_first(model) if n in names)):
+        columns = [model.joint(n) for n in order]
+        beyond = np.maximum(model.lower[columns] - joint_pos, joint_pos - model.upper[columns])
+        for quat_order in ("xyzw", "wxyz"):
+            quat = unit_wxyz(raw, motion.root_quat[probe], quat_order)
+            corners, up = posed(model, columns, root_pos, quat, joint_pos)
+            height = abs(float(np.percentile(corners[..., 2].min(axis=(1, 2)), 25.0)))
+            share = 100.0 * float((beyond > 0.1).mean())
+            found.append(1000.0 * (roughness(corners) + height) + 10.0 * share + (1000.0 if up < 0.0 else 0.0))
+    return min(found)
 
 
 def joint_order(
@@ -147,17 +191,24 @@ def joints_by_name(raw: RawFile, written: Sequence[str], options: ReadOptions) -
     Raises:
         ClipError: no robot has them all, or one that has them lacks too many.
     """
-    tried = []
+    tried, fits = [], list[tuple[int, str, tuple[str, ...]]]()
     for name in [options.source_robot] if options.source_robot else [n for n in robot_names() if installed(n)]:
         robot = load_robot(name)
         joints = [_joint_written_as(w, robot) for w in written]
         unknown = [w for w, j in zip(written, joints, strict=True) if not j]
-        if not unknown:
-            missing = [j for j in robot.joint_names if j not in joints]
-            if len(missing) <= 0.3 * len(robot.joint_names):
-                return name, tuple(joints)
-            unknown = [f"(absent) {m}" for m in missing]
-        tried.append((len(unknown), name, unknown))
+        missing = [j for j in robot.joint_names if j not in joints]
+        if not unknown and len(missing) <= 0.3 * len(robot.joint_names):
+            fits.append((len(missing), name, tuple(joints)))
+        tried.append((len(unknown or missing), name, unknown or [f"(absent) {m}" for m in missing]))
+    if fits and [lacks for lacks, _, _ in fits].count(min(fits)[0]) == 1:
+        _, name, joints_of_it = min(fits)
+        return name, joints_of_it
+    if fits:
+        alike = [name for lacks, name, _ in fits if lacks == min(fits)[0]]
+        raise ClipError(
+            f"{raw.name}, names of joints", found=f"names that {' and '.join(alike)} have", expected="those of one robot",
+            cure="name the robot", option="source_robot", suggestion=alike[0],
+        )  # fmt: skip
     _, name, unknown = min(tried)
     raise ClipError(
         f"{raw.name}, names of joints",

@@ -12,6 +12,7 @@ from clips.clip import MIN_FRAMES, Clip, RobotClip
 from clips.errors import ClipError
 from clips.identify import (
     NamedMotion,
+    NamelessMotion,
     breadth_first,
     check_against_bodies,
     check_against_velocities,
@@ -103,7 +104,6 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
         if data[key].shape != shape or not data[key].size:
             raise ClipError(f"{raw.name}, {key}", found=f"shape {data[key].shape}", expected=f"{shape}, of some bodies")
     fps, finding = rate(raw, data, options, "fps")
-    count = data["joint_pos"].shape[1]
     if "joint_names" in data and ("meta" in data or "body_names" in data):
         _need(raw, data, {"joint_names": 1} | ({"body_names": 1} if "body_names" in data else {}))
         names = tuple(map(str, data["joint_names"]))
@@ -114,7 +114,11 @@ def _motion(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) -> 
         more = _held(raw, robot, names, data, ("joint_pos", "body_names", "body_pos_w", "body_quat_w"))
     else:
         data, more = _without_world(data)
-        robot, depth_first, _ = choose_layout(raw, count, options)
+        motion = NamelessMotion(
+            root_pos=data["body_pos_w"][:, 0].astype(float), root_quat=data["body_quat_w"][:, 0].astype(float),
+            joint_pos=data["joint_pos"].astype(float),
+        )  # fmt: skip
+        robot, depth_first, _ = choose_layout(raw, motion, options)
         names, order = _order_by_kinematics(raw, load_robot(robot), depth_first, data)
         dialect = "BeyondMimic motion.npz"
     more += _rate_held(raw, data, "joint_pos", "joint_vel", fps, options)
@@ -211,7 +215,7 @@ def _isaac_amp(raw: RawFile, data: Mapping[str, ndarray], options: ReadOptions) 
     _need(raw, data, {"dof_positions": 2, "body_positions": 3, "body_rotations": 3, "dof_names": 1, "body_names": 1})
     fps, finding = rate(raw, data, options, "fps")
     names, bodies = tuple(map(str, data["dof_names"])), list(map(str, data["body_names"]))
-    robot = options.source_robot or choose_layout(raw, len(names), options)[0]
+    robot = options.source_robot or joints_by_name(raw, names, options)[0]
     root = load_robot(robot).body_names[0]
     if root not in bodies:
         raise ClipError(

@@ -11,7 +11,15 @@ from numpy import ndarray
 
 from clips.clip import MIN_FRAMES, Clip, HumanClip, RobotClip
 from clips.errors import ClipError
-from clips.identify import NamedMotion, check_against_bodies, choose_layout, joint_order, joints_by_name, robot_clip
+from clips.identify import (
+    NamedMotion,
+    NamelessMotion,
+    check_against_bodies,
+    choose_layout,
+    joint_order,
+    joints_by_name,
+    robot_clip,
+)
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import smpl, video_poses
 from clips.readers.one_of_several import one_of_several, refuse_another
@@ -160,7 +168,8 @@ def _joint_space(
     if written:
         robot, names, orders = _by_name(raw, written, joints.shape[1], options)
     else:
-        robot, names, finding = choose_layout(raw, joints.shape[1], options)
+        motion = NamelessMotion(root_pos=root_pos, root_quat=root_quat, joint_pos=joints)
+        robot, names, finding = choose_layout(raw, motion, options)
         names, column_order = joint_order(raw, robot, names, root_pos, root_quat, joints, options)
         orders = [finding, column_order]
     bodies, places = _words(said, _BODY_NAMES), said.get("local_body_pos")

@@ -9,11 +9,10 @@ from numpy import ndarray
 
 from clips.clip import MIN_FRAMES, RobotClip
 from clips.errors import ClipError
-from clips.identify import choose_layout, joint_order, robot_clip
+from clips.identify import NamelessMotion, choose_layout, joint_order, joints_by_name, robot_clip
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers.one_of_several import one_of_several
 from clips.readers.rates import rate
-from robot_models import installed, load_robot, robot_names
 
 _ROOT = 7  # numbers of a free joint
 _UNIT = 1e-2  # how far a quaternion's length may be off
@@ -97,7 +96,8 @@ def _by_order(raw: RawFile, qpos: ndarray, options: ReadOptions, fps: float, rat
     root_pos, root_quat = (qpos[:, :3], qpos[:, 3:7]) if first else (qpos[:, 4:7], qpos[:, :4])
     root = Finding(what="root", value=fits[0], why="where its numbers have length 1", confidence="measured")
     joints = qpos[:, _ROOT:]
-    robot, names, layout = choose_layout(raw, joints.shape[1], options)
+    motion = NamelessMotion(root_pos=root_pos, root_quat=root_quat, joint_pos=joints)
+    robot, names, layout = choose_layout(raw, motion, options)
     names, order = joint_order(raw, robot, names, root_pos, root_quat, joints, options)
     return robot_clip(
         raw, dialect="qpos archive", fps=fps, robot=robot, joint_names=names, root_pos=root_pos, root_quat=root_quat,
@@ -135,20 +135,14 @@ def _by_name(
             f"{raw.name}, qpos", found=f"{data['qpos'].shape[1]} columns for {free} and {len(names)} joints",
             expected=f"{7 + len(names)}: a free root and one per joint",
         )  # fmt: skip
-    fits = [r for r in robot_names() if installed(r) and set(names) <= set(load_robot(r).joint_names)]
-    robot = options.source_robot or (fits[0] if len(fits) == 1 else None)
-    if robot is None:
-        raise ClipError(
-            f"{raw.name}, joint_names", found=", ".join(names[:4]) + " ...", expected="joints of one robot that is known here",
-            cure="name the robot it was made for, or its profile (.toml)", option="source_robot",
-        )  # fmt: skip
+    robot, joints = joints_by_name(raw, names, options)
     qpos = np.asarray(data["qpos"], dtype=float)
     return robot_clip(
         raw,
         dialect="LocoMuJoCo trajectory",
         fps=fps,
         robot=robot,
-        joint_names=tuple(names),
+        joint_names=joints,
         root_pos=qpos[:, :3],
         root_quat=qpos[:, 3:7],
         quat_order="wxyz",

@@ -13,7 +13,7 @@ from numpy import ndarray
 
 from clips.clip import RobotClip
 from clips.errors import ClipError
-from clips.identify import choose_layout, joint_order, joints_by_name, robot_clip
+from clips.identify import NamelessMotion, choose_layout, joint_order, joints_by_name, robot_clip
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import table
 from clips.readers.table import Table
@@ -59,8 +59,9 @@ def read(raw: RawFile, options: ReadOptions) -> RobotClip:
 
 def _headless(raw: RawFile, data: Table, fps: float, options: ReadOptions, findings: list[Finding]) -> RobotClip:
     """Unitree: root xyz [m], quaternion, joints [rad] in MuJoCo order."""
-    robot, names, finding = choose_layout(raw, data.values.shape[1] - 7, options)
-    names, order = joint_order(raw, robot, names, data.values[:, :3], data.values[:, 3:7], data.values[:, 7:], options)
+    motion = NamelessMotion(root_pos=data.values[:, :3], root_quat=data.values[:, 3:7], joint_pos=data.values[:, 7:])
+    robot, names, finding = choose_layout(raw, motion, options)
+    names, order = joint_order(raw, robot, names, motion.root_pos, motion.root_quat, motion.joint_pos, options)
     return robot_clip(
         raw,
         dialect=f"headerless robot CSV, {data.values.shape[1]} columns",

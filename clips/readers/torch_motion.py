@@ -10,7 +10,7 @@ import numpy as np
 
 from clips.clip import Clip, RobotClip
 from clips.errors import ClipError
-from clips.identify import choose_layout, joint_order, robot_clip
+from clips.identify import NamelessMotion, choose_layout, joint_order, robot_clip
 from clips.provenance import RawFile, ReadOptions
 from clips.readers import video_poses
 from clips.readers.rates import rate
@@ -56,7 +56,8 @@ def _proto_motion(raw: RawFile, data: dict[str, Any], options: ReadOptions) -> R
             expected="frames by joints, by bodies and 3, by bodies and 4",
         )  # fmt: skip
     fps, finding = rate(raw, data, options, "fps")
-    robot, names, layout = choose_layout(raw, joints.shape[1], options)
+    motion = NamelessMotion(root_pos=pos[:, 0], root_quat=quat[:, 0], joint_pos=joints)
+    robot, names, layout = choose_layout(raw, motion, options)
     root = rot.from_quat_xyzw(quat[:, 0])
     names, order = joint_order(raw, robot, names, pos[:, 0], quat[:, 0], joints, options)
     return robot_clip(

@@ -12,7 +12,7 @@ from retarget.config import IkConfig
 from retarget.errors import RetargetError
 from retarget.per_frame.base import reachable
 from retarget.targets import Targets
-from robot_models import FEET, RobotModel, urdf_text
+from robot_models import FEET, RobotModel, urdf_link, urdf_text
 from robot_models.maths import rotation as rot
 
 
@@ -29,7 +29,7 @@ class PlacoIk:
                 f"robot '{robot.name}' with solver placo", found=f"no body at {', '.join(robot.profile.ends)}",
                 expected="a body at every wrist", option="solver", suggestion="whole-clip",
             )  # fmt: skip
-        body = robot.profile.landmarks
+        body = {landmark: urdf_link(robot, name) for landmark, name in robot.profile.landmarks.items()}
         self._pelvis = self._solver.add_frame_task(body["pelvis"], np.eye(4))
         self._pelvis.configure("pelvis", "soft", config.pelvis_position**2, config.pelvis_orientation**2)
         self._torso = self._solver.add_orientation_task(body["torso"], np.eye(3))
@@ -54,7 +54,9 @@ class PlacoIk:
         """One frame; where the QP has no solution the pose is held."""
         config, model, names, first = self._config, self._model, self._robot.joint_names, self._last is None
         if first:
-            model.set_T_world_frame(self._robot.profile.root, _pose(targets.pelvis_pos[0], targets.pelvis_quat[0]))
+            model.set_T_world_frame(
+                urdf_link(self._robot, self._robot.profile.root), _pose(targets.pelvis_pos[0], targets.pelvis_quat[0])
+            )
             self._set_joints(self._robot.default_joint_pos)
         self._posture.set_joints(dict(zip(names, posture, strict=True)))
         self._pelvis.T_world_frame = _pose(targets.pelvis_pos[0], targets.pelvis_quat[0])
@@ -63,7 +65,7 @@ class PlacoIk:
         for _ in range(config.first_iterations if first else config.iterations):
             model.update_kinematics()
             for (start, _end), task in self._limbs.items():
-                origin = model.get_T_world_frame(self._robot.profile.landmarks[start])[:3, 3]
+                origin = model.get_T_world_frame(urdf_link(self._robot, self._robot.profile.landmarks[start]))[:3, 3]
                 task.target_world = origin + targets.limbs[start, _end][0]
             try:
                 self._solver.solve(True)
@@ -74,7 +76,7 @@ class PlacoIk:
         joints = np.clip(joints, *reachable(self._robot, self._last, config, self._fps))
         self._set_joints(joints)
         self._last = joints
-        root = model.get_T_world_frame(self._robot.profile.root)
+        root = model.get_T_world_frame(urdf_link(self._robot, self._robot.profile.root))
         return np.concatenate((root[:3, 3], rot.from_matrix(root[None, :3, :3])[0], joints))
 
     def _aim_feet(self, targets: Targets, *, soft: bool) -> None:

@@ -23,7 +23,7 @@ _SPEED = 10.0  # speed limit where the file has none [rad/s]
 _LEAST_KP = 5.0  # [N m/rad]
 _UNLIKE = 0.3  # difference of left and right ranges that is doubted [rad]
 _BEND = 0.3  # of the knees in the default pose [rad]
-_PITCH = 0.9  # cosine between an axis and y, from which it pitches: thighs stand a little apart on some robots
+_PITCH = 0.8  # of an axis that turns about y: hips are tilted by up to 30 degrees
 _MOST_LEAN = 0.25  # of the legs in it [rad]
 _GRAVITY = 9.81
 

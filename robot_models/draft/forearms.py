@@ -28,8 +28,9 @@ def find_ends(
     ends: dict[str, tuple[float, float, float]] = {}
     notes = []
     for side in FEET:
-        elbow, wrist = (data.body(marks[f"{side}_{part}"]) for part in ("elbow", "wrist"))
-        if np.linalg.norm(wrist.xpos - elbow.xpos) > _FOREARM_M:
+        shoulder, elbow, wrist = (data.body(marks[f"{side}_{part}"]) for part in ("shoulder", "elbow", "wrist"))
+        forearm, upper = (float(np.linalg.norm(b.xpos - a.xpos)) for a, b in ((elbow, wrist), (shoulder, elbow)))
+        if forearm > max(_FOREARM_M, upper / _UNEVEN):
             continue
         end, told = _beyond_the_elbow(model, int(wrist.id), points.get(wrist.name))
         x, y, z = (round(float(v), 4) for v in end)

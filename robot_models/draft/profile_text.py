@@ -12,6 +12,8 @@ from robot_models.build import BODY_BIT, build_robot
 from robot_models.draft.estimates import Estimate, UnprofiledModel, doubted_ranges, estimate_pose, estimate_servos
 from robot_models.draft.forearms import doubted_limbs, find_ends
 from robot_models.draft.hulls import capsules_of, surface_points
+from robot_models.draft.level_feet import levelled
+from robot_models.draft.limb_capsules import limb_capsules
 from robot_models.draft.stance import FACES, Sole, check_stance, soles_of, stood_up
 from robot_models.incoming import turned
 from robot_models.model import RobotModel
@@ -47,9 +49,11 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
     soles, notes = soles_of(unprofiled, points)
     ankle = unprofiled.data.body(limbs.legs["left"][-1]).xpos[2]
     servos = estimate_servos(unprofiled, float(unprofiled.data.subtree_com[1][2] - ankle) - soles["left"][2], path)
-    pose = estimate_pose(unprofiled, {side: x for side, (x, _, _) in soles.items()})
+    pose = levelled(unprofiled, estimate_pose(unprofiled, {side: x for side, (x, _, _) in soles.items()}))
     ends, hands = find_ends(unprofiled, points)
-    capsules = capsules_of(points, _bare(unprofiled, [b for b in bodies if b not in limbs.loose], path))
+    bare = _bare(unprofiled, [b for b in bodies if b not in limbs.loose], path)
+    capsules = capsules_of(points, bare)
+    along = limb_capsules(unprofiled, soles, ends, set(bare) - {c.body for c in capsules})
     notes = [
         "friction: 0.8, rubber on a hall floor",
         *(
@@ -65,6 +69,13 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
         ),
         *notes,
         *([f"capsules: {len(capsules)} around the meshes, one per body"] if capsules else []),
+        *(
+            [
+                f"capsules: {len(along)} along limbs and soles without a surface that is thick enough, as thick as humanoids' are"
+            ]
+            if along
+            else []
+        ),
         *servos.notes,
         *pose.notes,
         *doubted_ranges(unprofiled),
@@ -77,7 +88,7 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
         *_tables("joints.", servos),
         *_tables("", pose),
         *(_sole(side, limbs.legs[side][-1], soles[side]) for side in FEET),
-        *map(_capsule, capsules),
+        *map(_capsule, (*capsules, *along)),
         ["[landmarks]  # GUESSED from the tree", *(f'{k} = "{unprofiled.landmarks[k]}"' for k in LANDMARKS)],
         *([["[ends]  # GUESSED", *(f"{k} = {list(v)}" for k, v in ends.items())]] if ends else []),
         _tracking(unprofiled),

@@ -16,6 +16,7 @@ from robot_models.rigid_body.kinematics import (
     sole_corners,
 )
 from robot_models.rigid_body.momentum import Momentum, momentum, skew
+from robot_models.rigid_body.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_link, urdf_text
 
 __all__ = [
     "AXIAL",
@@ -36,8 +37,13 @@ __all__ = [
     "momentum",
     "moved",
     "other_side",
+    "pinocchio_model",
+    "pinocchio_q",
+    "pinocchio_v",
     "reflected_joints",
     "skew",
     "sole_corners",
     "tangents",
+    "urdf_link",
+    "urdf_text",
 ]

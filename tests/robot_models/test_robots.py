@@ -57,7 +57,7 @@ def test_kinematics_and_velocities_agree_with_mujoco(name, rng):
 def test_pinocchio_agrees_on_kinematics_mass_matrix_and_inverse_dynamics(name, rng):
     import pinocchio as pin
 
-    from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v
+    from robot_models.rigid_body.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v
 
     robot = load_robot(name)
     model = pinocchio_model(robot)
@@ -95,7 +95,7 @@ def test_pinocchio_agrees_on_kinematics_mass_matrix_and_inverse_dynamics(name, r
 def test_placo_reads_the_derived_urdf(name, rng):
     import placo
 
-    from robot_models.pinocchio_model import urdf_text
+    from robot_models.rigid_body.pinocchio_model import urdf_link, urdf_text
 
     robot = load_robot(name)
     other = placo.RobotWrapper("", placo.Flags.ignore_collisions, urdf_text(robot))
@@ -105,11 +105,11 @@ def test_placo_reads_the_derived_urdf(name, rng):
     q[0, :7] = [0, 0, 0, 1, 0, 0, 0]
     for joint, value in zip(robot.joint_names, q[0, 7:], strict=True):
         other.set_joint(joint, value)
-    other.set_T_world_frame(robot.body_names[0], np.eye(4))
+    other.set_T_world_frame(urdf_link(robot, robot.body_names[0]), np.eye(4))
     other.update_kinematics()
     pos, _ = forward_kinematics(robot, q)
     for i, body in enumerate(robot.body_names):
-        np.testing.assert_allclose(other.get_T_world_frame(body)[:3, 3], pos[0, i], atol=1e-9)
+        np.testing.assert_allclose(other.get_T_world_frame(urdf_link(robot, body))[:3, 3], pos[0, i], atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -151,7 +151,7 @@ def test_g1_agrees_with_the_makers_urdf(rng):
     import pinocchio as pin
 
     from robot_models.model_file import locate
-    from robot_models.pinocchio_model import pinocchio_q
+    from robot_models.rigid_body.pinocchio_model import pinocchio_q
 
     robot = load_robot("g1")
     path = locate(robot.profile.meshes, robot.profile.folder)

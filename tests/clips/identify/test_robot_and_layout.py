@@ -8,7 +8,7 @@ from stick_person import SOURCE, tagged
 
 from clips import ClipError, ReadOptions, RobotClip, full_qpos
 from clips.identify import breadth_first, choose_layout, joint_order, robot_clip
-from clips.identify.joint_layout import layouts
+from clips.identify.joint_layout import NamelessMotion, layouts
 from clips.provenance import RawFile
 from robot_models import installed, load_robot, robot_names
 from robot_models.maths import rotation as rot
@@ -86,13 +86,16 @@ def test_layouts_are_the_robots_and_variants_with_that_many_joints(g1):
 
 
 def test_a_number_of_joints_that_one_robot_has_names_it_and_any_other_is_refused(g1):
-    robot, names, finding = choose_layout(RAW, 28, ReadOptions(source_robot="dancer"))
+    def joints(count):
+        return NamelessMotion(root_pos=np.zeros((9, 3)), root_quat=np.ones((9, 4)) / 2, joint_pos=np.zeros((9, count)))
+
+    robot, names, finding = choose_layout(RAW, joints(28), ReadOptions(source_robot="dancer"))
     assert (robot, len(names), finding.confidence) == ("dancer", 28, "stated")
     with pytest.raises(ClipError, match=r"7 joint values per frame.*dancer 28.*g1 29") as refusal:
-        choose_layout(RAW, 7, ReadOptions())
+        choose_layout(RAW, joints(7), ReadOptions())
     assert refusal.value.option == "source_robot"
     with pytest.raises(ClipError, match="28 joint values"):
-        choose_layout(RAW, 28, ReadOptions(source_robot="g1"))
+        choose_layout(RAW, joints(28), ReadOptions(source_robot="g1"))
 
 
 @pytest.mark.parametrize("heading", [0.0, 1.5, 3.0])

@@ -7,7 +7,7 @@ from any_pose import dancer_xml
 
 from robot_models.draft.estimates import _motor_efforts, doubted_ranges, estimate_pose, estimate_servos
 from robot_models.draft.stance import _open
-from robot_models.pinocchio_model import urdf_text
+from robot_models.rigid_body.pinocchio_model import urdf_text
 
 HEIGHT = 0.7
 SOLES = dict.fromkeys(("left", "right"), (-0.08, 0.14))

@@ -7,7 +7,7 @@ from any_pose import awkward, posed, random_qpos
 
 from robot_models import RobotError
 from robot_models.maths import rotation as rot
-from robot_models.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_text
+from robot_models.rigid_body.pinocchio_model import pinocchio_model, pinocchio_q, pinocchio_v, urdf_text
 
 pin = pytest.importorskip("pinocchio")
 

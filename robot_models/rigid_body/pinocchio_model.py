@@ -85,7 +85,7 @@ def urdf_text(robot: RobotModel) -> str:
         r, d = rot.to_matrix(m.body_iquat[body]), m.body_inertia[body]
         i = r @ np.diag(d) @ r.T
         lines.append(
-            f'<link name="{m.body(body).name}"><inertial><origin xyz="{_text(m.body_ipos[body])}" rpy="0 0 0"/>'
+            f'<link name="{urdf_link(robot, m.body(body).name)}"><inertial><origin xyz="{_text(m.body_ipos[body])}" rpy="0 0 0"/>'
             f'<mass value="{float(m.body_mass[body])!r}"/><inertia ixx="{float(i[0, 0])!r}" ixy="{float(i[0, 1])!r}" '
             f'ixz="{float(i[0, 2])!r}" iyy="{float(i[1, 1])!r}" iyz="{float(i[1, 2])!r}" izz="{float(i[2, 2])!r}"/>'
             f"</inertial></link>"
@@ -95,9 +95,14 @@ def urdf_text(robot: RobotModel) -> str:
     return "\n".join([*lines, "</robot>"])
 
 
+def urdf_link(robot: RobotModel, body: str) -> str:
+    """A body's link in `urdf_text`: one that is called as a joint gets another name, for placo keeps one list of both."""
+    return f"{body}_link" if body in robot.joint_names else body
+
+
 def _urdf_joint(robot: RobotModel, body: int) -> str:
     m = robot.model
-    name, parent = m.body(body).name, m.body(int(m.body_parentid[body])).name
+    name, parent = (urdf_link(robot, m.body(b).name) for b in (body, int(m.body_parentid[body])))
     origin = f'<origin xyz="{_text(m.body_pos[body])}" rpy="{_text(_rpy(m.body_quat[body]))}"/>'
     links = f'<parent link="{parent}"/><child link="{name}"/>'
     if not m.body_jntnum[body]:
