@@ -25,6 +25,8 @@ class Arguments:
         dance-retarget unitree.csv --fps 30 --robot g1
         dance-retarget verse.bvh --then chorus.bvh verse.bvh -o song.npz
         dance-retarget fast.bvh --fit-dynamics
+        dance-retarget walk.bvh --arms wave.bvh
+        dance-retarget signs.bvh --keep legs
         dance-retarget dance.bvh --music song.mp3 --robot g1 --film dance.mp4
         dance-retarget dance.bvh --drop 13.8-14.3 20-21.5
         dance-retarget dance.bvh --contact.tight-speed 0.3 --weights.arm 12
@@ -35,7 +37,7 @@ class Arguments:
     clips: Annotated[tuple[Path, ...], tyro.conf.Positional]
     """A motion file, which is known by its content; or several, folders of them, patterns like 'mocap/*.bvh'."""
     robot: str = DEFAULT_ROBOT
-    """A built-in robot (dancer, g1, jvrc1, ...) or the path of a profile (.toml); several with commas."""
+    """A built-in robot (dancer, g1, h1, t1, ...; g1@23dof is a variant) or the path of a profile (.toml); several with commas."""
     out: Out = None
     """The reference to write; default: <clips>_<robot>.npz in the current folder. Of several clips: a folder."""
     jobs: int | None = None
@@ -52,6 +54,12 @@ class Arguments:
     """Play the clip so many times as fast."""
     mirror: bool = False
     """Exchange left and right."""
+    arms: ClipPath | None = None
+    """Take trunk, head and arms from this clip, from its beginning on, and the legs from the other."""
+    legs: ClipPath | None = None
+    """Take pelvis and legs from this clip, and trunk, head and arms from the other."""
+    keep: Literal["legs"] | None = None
+    """legs: they stand still under what the trunk and the arms do, as of somebody who sat."""
     then: tuple[ClipPath, ...] = ()
     """More clips to dance after this one, with steps between them."""
     loop: int = 1
@@ -116,6 +124,12 @@ def check_one(args: Arguments) -> None:
         raise OutputError(f"--film {args.film}", found="that name", expected="a file that ends in .mp4")
     args.numbers()
     args.song.check()
+    halves = [f"--{name}" for name in ("arms", "legs", "keep") if getattr(args, name) is not None]
+    if len(halves) > 1:
+        raise RetargetError(
+            " and ".join(halves), found="several of them", expected="one: the other half is the clip itself",
+            cure="join two first (--lead-in 0 --lead-out 0), and give what was written as a clip",
+        )  # fmt: skip
     if args.write_contacts is not None and args.write_contacts.exists():
         raise OutputError(
             f"--write-contacts {args.write_contacts}",

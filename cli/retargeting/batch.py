@@ -94,6 +94,7 @@ def _check(args: Arguments) -> None:
             "--start": args.start, "--end": args.end, "--speed": args.speed != 1.0, "--mirror": args.mirror,
             "--then": args.then, "--drop": args.drop, "--loop": args.loop != 1, "--contacts": args.contacts, "--keys": args.keys,
             "--write-contacts": args.write_contacts, "--fit-dynamics": args.fit_dynamics,
+            "--arms, --legs or --keep": args.arms or args.legs or args.keep,
             "--music, --bpm or --beats": args.song.given, "--film": args.film,
         }.items()
         if value

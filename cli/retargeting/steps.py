@@ -8,7 +8,7 @@ from cli.retargeting.arguments import Arguments
 from cli.retargeting.stretches import refuse_beyond, stretches
 from cli.retargeting.verdict import Danced
 from cli.shell import make_folder, progress
-from clips import Clip, at_speed, clip_stem, cut, read_clip, repair, save_reference
+from clips import Clip, at_speed, clip_stem, cut, read_clip, read_of_several, repair, save_reference
 from clips.checks import Check, check_sway, doubts
 from clips.edit import left_out_at_start
 from retarget import (
@@ -23,7 +23,7 @@ from retarget import (
     retarget_to_music,
     write_contacts,
 )
-from retarget.targets import mirrored
+from retarget.targets import join_halves, mirrored, with_standing_legs
 from robot_models import RobotModel
 from robot_models.maths import Progress
 
@@ -49,9 +49,20 @@ def _read(path: Path, args: Arguments, start: float = 0.0, end: float | None = N
     recorded = repair(cut(whole, start, end), strict=args.file.strict)
     clip = at_speed(recorded, args.speed)
     misses_s = max(0.0, end - whole.frames / whole.fps) if end is not None else 0.0
-    danced = mirrored(clip) if args.mirror else clip
+    danced = _of_halves(mirrored(clip) if args.mirror else clip, args)
     told, begins = _doubts(whole, recorded), start + left_out_at_start(recorded)
     return Danced(path=path, clip=danced, doubts=told, fps=recorded.fps, start_s=begins, misses_s=misses_s)
+
+
+def _of_halves(clip: Clip, args: Arguments) -> Clip:
+    """The clip with the half that is asked for from another, or with legs that stand."""
+    if args.keep is not None:
+        return with_standing_legs(clip)
+    other = args.arms or args.legs
+    if other is None:
+        return clip
+    half = repair(read_of_several(other, args.file.reading()), strict=args.file.strict)
+    return join_halves(clip, half) if args.arms is not None else join_halves(half, clip)
 
 
 def _doubts(whole: Clip, danced: Clip) -> tuple[Check, ...]:

@@ -13,6 +13,7 @@ from retarget.targets.edits import (
 )
 from retarget.targets.feet import FootTargets, contact_share, smoothstep
 from retarget.targets.floor_parts import floor_parts, landmark_of
+from retarget.targets.halves import join_halves, with_standing_legs
 from retarget.targets.leads import MotionWithLeads, add_leads, blend_frames, targets_of
 from retarget.targets.robot_figure import as_figure, mirrored
 from retarget.targets.targets import LIMBS, Targets, join, make_targets
@@ -36,6 +37,7 @@ __all__ = [
     "foot_yaw_rate",
     "heel_toe_points",
     "join",
+    "join_halves",
     "landmark_of",
     "make_targets",
     "mirrored",
@@ -46,5 +48,6 @@ __all__ = [
     "smoothstep",
     "soles_down",
     "targets_of",
+    "with_standing_legs",
     "write_contacts",
 ]
