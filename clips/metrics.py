@@ -19,6 +19,8 @@ class MetricKey(StrEnum):
     SELF_COLLISION = "self_collision"
     FRAMES_SELF_COLLIDING = "frames_self_colliding"
     LIMB_DIRECTION_ERROR = "limb_direction_error"
+    HAND_TURN_ERROR = "hand_orientation_error"
+    HAND_IN_REACH = "hand_orientation_in_reach"
     CONTACT_SPEED = "contact_speed_mean"
     SLIDE_MEAN = "contact_slide_mean"
     SLIDE_WORST = "contact_slide_worst"
@@ -45,7 +47,9 @@ class MetricKey(StrEnum):
     @property
     def higher_is_better(self) -> bool:
         """Whether the smaller of two values is the worse one."""
-        return self in (MetricKey.CONTACT_SHARE, MetricKey.ON_BEAT, MetricKey.ON_BEAT_RECORDED)
+        return self in (
+            MetricKey.CONTACT_SHARE, MetricKey.HAND_IN_REACH, MetricKey.ON_BEAT, MetricKey.ON_BEAT_RECORDED
+        )  # fmt: skip
 
 
 _LABELS = {
@@ -60,6 +64,8 @@ _LABELS = {
     MetricKey.SELF_COLLISION: "deepest self-collision",
     MetricKey.FRAMES_SELF_COLLIDING: "frames with self-collision",
     MetricKey.LIMB_DIRECTION_ERROR: "limb direction error",
+    MetricKey.HAND_TURN_ERROR: "hand orientation error, where the wrist can",
+    MetricKey.HAND_IN_REACH: "hand orientations that the wrists can",
     MetricKey.CONTACT_SPEED: "speed of a touching edge, mean",
     MetricKey.SLIDE_MEAN: "slide per touch, mean",
     MetricKey.SLIDE_WORST: "slide per touch, worst",

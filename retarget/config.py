@@ -90,6 +90,7 @@ class ObjectiveWeights(Checked):
     swing_roll: float = 1.0
     posture: float = 0.15  # towards the default pose, or the recording of this very robot
     free_joint: float = 0.7  # the same, of joints that only turn a hand or the head
+    hand: float = 2.0  # the same, of wrists that turn a hand as the person's
     pin: float = 100.0  # of a joint at a key frame
 
 
@@ -234,6 +235,7 @@ class RetargetConfig(Checked):
     jumps: JumpConfig = field(default_factory=JumpConfig)
     parts: PartsConfig = field(default_factory=PartsConfig)
     dynamics: bool = True  # report whether physics allows the motion
+    hands: bool = True  # turn hands as the person's, where the source has them and the robot's wrists can
     weights: ObjectiveWeights = field(default_factory=ObjectiveWeights)
     whole_clip: WholeClipConfig = field(default_factory=WholeClipConfig)
     ik: IkConfig = field(default_factory=IkConfig)

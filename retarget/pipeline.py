@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
 from importlib.metadata import version
 from pathlib import Path
@@ -20,7 +20,6 @@ from clips import (
     OutputError,
     Reference,
     RobotClip,
-    full_qpos,
     make_reference,
     read_clip,
     repair,
@@ -30,7 +29,7 @@ from clips.edit import recentre, resample
 from retarget.config import RetargetConfig
 from retarget.dynamics import Dynamics, dynamics_of, gliding_edges
 from retarget.errors import RetargetError
-from retarget.per_frame import follow, frame_solver
+from retarget.per_frame import follow, frame_solver, hand_goals, hold_hands, wrists
 from retarget.recordings import plot_report, save_film, save_retargeting, save_still, show
 from retarget.report import Diagnosis, Report, diagnose, measure
 from retarget.solver import coarse_poses, make_objective, make_possible, optimise
@@ -45,7 +44,9 @@ from retarget.targets import (
     as_figure,
     find_contacts,
     make_targets,
+    of_this_robot,
     pin_angles,
+    posture_of,
     raise_jumps,
 )
 from robot_models import RobotError, RobotModel, load_robot
@@ -150,7 +151,7 @@ def retarget(
         )  # fmt: skip
     part = prepare(clip, robot, config, contacts, keys)
     padded = add_leads(robot, part.coarse, part.targets, config)
-    qpos, padded = solve(robot, padded, part.posture, part.pins, config, progress)
+    qpos, padded = solve(robot, padded, part.posture, part.pins, config, progress, part.hands)
     bare = reference_of(robot, qpos, padded, config)
     dynamics = physics_of(bare, robot) if config.dynamics else None
     report = measure(bare, robot, part.source, config.gates, dynamics)
@@ -175,6 +176,7 @@ class Prepared:
     posture: Float[ndarray, "T nq"]  # to start from and to stay near
     pins: Float[ndarray, "T J"]  # key frames, NaN elsewhere
     coarse: Float[ndarray, "T nq"]  # poses on a coarse grid
+    hands: Mapping[str, Float[ndarray, "T 4"]] = field(default_factory=dict)  # wanted turns, where there are any
 
 
 def prepare(
@@ -189,15 +191,22 @@ def prepare(
     source = as_figure(recorded) if isinstance(recorded, RobotClip) else recorded
     labelled = apply_edits(find_contacts(source, config.contact), contacts, config.fps)
     targets = raise_jumps(make_targets(source, labelled, robot, config), source, config.jumps)
-    posture = _posture(recorded, robot, targets)
+    posture = posture_of(recorded, robot, targets)
     objective = make_objective(robot, targets, config.weights, posture[:, 7:], feet_config=config.feet)
+    coarse = coarse_poses(robot, objective, posture, config.fps, config.whole_clip)
+    hands = hand_goals(source, robot) if config.hands and not of_this_robot(recorded, robot) else {}
+    if hands:
+        coarse = hold_hands(robot, coarse, hands, config.fps)
+        turned = [7 + joint for joints in wrists(robot).values() for joint in joints]
+        posture[:, turned] = coarse[:, turned]
     return Prepared(
         source=source,
         contacts=labelled,
         targets=targets,
         posture=posture,
         pins=pin_angles(keys, robot, source.frames, config.fps),
-        coarse=coarse_poses(robot, objective, posture, config.fps, config.whole_clip),
+        coarse=coarse,
+        hands=hands,
     )
 
 
@@ -209,15 +218,6 @@ def physics_of(reference: Reference, robot: RobotModel) -> Dynamics | None:
         return None
 
 
-def _posture(recorded: Clip, robot: RobotModel, targets: Targets) -> Float[ndarray, "T nq"]:
-    """Where to start and what to stay near: the recording, where it was made on this very robot, else the default."""
-    if isinstance(recorded, RobotClip) and recorded.robot == robot.name:
-        return full_qpos(recorded, robot)
-    qpos = np.tile(robot.default_qpos, (len(targets.pelvis_pos), 1))
-    qpos[:, :3], qpos[:, 3:7] = targets.pelvis_pos, targets.pelvis_quat
-    return qpos
-
-
 def solve(
     robot: RobotModel,
     padded: MotionWithLeads,
@@ -225,6 +225,7 @@ def solve(
     pins: Float[ndarray, "T J"],
     config: RetargetConfig,
     progress: Progress,
+    hands: Mapping[str, Float[ndarray, "T 4"]],
 ) -> tuple[Float[ndarray, "P nq"], MotionWithLeads]:
     """The motion, leads included, by the solver that the configuration names; and its goals, with the edges that glide."""
     near = padded.qpos[:, 7:].copy()
@@ -234,15 +235,18 @@ def solve(
         return follow(solver, padded.targets, near, progress=progress), padded
     pinned_near = np.full_like(near, np.nan)
     pinned_near[padded.dance] = pins
-    objective = make_objective(robot, padded.targets, config.weights, near, pinned_near, config.feet)
+    turned = [joint for side in hands for joint in wrists(robot)[side]]
+    objective = make_objective(robot, padded.targets, config.weights, near, pinned_near, config.feet, turned)
     qpos = optimise(robot, objective, padded.qpos, config.fps, config.whole_clip, progress=progress)
     if not config.whole_clip.physics.weight:
         return qpos, padded
+    if hands:  # the forearms are where they will be, nearly
+        near[padded.dance, turned] = hold_hands(robot, qpos[padded.dance], hands, config.fps)[:, 7:][:, turned]
     targets = padded.targets
     glides = gliding_edges(robot, qpos, targets.feet.contact, targets.airborne, config.fps, config.glides)
     parts = targets.parts.anchored(robot, qpos, config.fps, config.feet)
     carried = replace(padded, targets=replace(targets.gliding(glides), parts=parts))
-    objective = make_objective(robot, carried.targets, config.weights, near, pinned_near, config.feet)
+    objective = make_objective(robot, carried.targets, config.weights, near, pinned_near, config.feet, turned)
     return make_possible(robot, objective, qpos, config.fps, config.whole_clip, progress=progress), carried
 
 

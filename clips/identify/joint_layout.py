@@ -18,6 +18,7 @@ from clips.provenance import Finding, RawFile, ReadOptions
 from robot_models import RobotModel, installed, load_robot, robot_names
 
 _CLEARER = 2.0  # times as far astray as the right robot
+_NEAR = 150.0  # how far astray recordings of the right robot are, those that hover too
 
 
 def layouts(count: int, robot_name: str | None) -> list[tuple[str, tuple[str, ...]]]:
@@ -67,11 +68,25 @@ def choose_layout(raw: RawFile, motion: NamelessMotion, options: ReadOptions) ->
         fits = [fits[best], *(fit for k, fit in enumerate(fits) if k != best)]
     if len(fits) == 1:
         robot, names = fits[0]
-        measured = options.source_robot is None
-        return robot, names, Finding(
-            what="robot", value=robot, why=f"{count} joint values; only {robot} has that many" if measured else "given",
-            confidence="measured" if measured else "stated", option="source_robot",
-        )  # fmt: skip
+        if options.source_robot is not None:
+            return (
+                robot,
+                names,
+                Finding(what="robot", value=robot, why="given", confidence="stated", option="source_robot"),
+            )
+        astray_by = _astray(raw, robot, names, motion)
+        near = astray_by < _NEAR
+        why = f"{count} joint values; only {robot} has that many"
+        why += (
+            "" if near else f", but they are off by {astray_by:.0f} in mm of its soles and per cent beyond its ranges"
+        )
+        return (
+            robot,
+            names,
+            Finding(
+                what="robot", value=robot, why=why, confidence="measured" if near else "assumed", option="source_robot"
+            ),
+        )
     known = ", ".join(f"{n} {len(load_robot(n).joint_names)}" for n in robot_names() if installed(n))
     raise ClipError(
         raw.name,

@@ -10,6 +10,7 @@ from numpy import ndarray
 from clips import HumanClip, MetricKey, Reference
 from clips.edit import new_times, sample
 from retarget.dynamics import Dynamics
+from retarget.per_frame import hand_errors, hand_goals
 from retarget.report.feet import measure_feet, measure_flight
 from retarget.report.metric import Metric, Report, find_worst
 from retarget.rules import Gates, ReportConfig
@@ -58,7 +59,11 @@ def measure(
     bounds = dict(
         zip(series, (-1e-3 * gates.penetration_mm, 1e-3 * gates.self_collision_mm, gates.speed_share), strict=False)
     )
-    return Report(metrics=(*joints, *body, limbs, *on_feet, *in_air, *physics), series=series, bounds=bounds)
+    return Report(
+        metrics=(*joints, *body, limbs, *_hands(reference, robot, source), *on_feet, *in_air, *physics),
+        series=series,
+        bounds=bounds,
+    )
 
 
 def _floor(lowest: ndarray, body_pos_w: ndarray, fps: float, robot: RobotModel, gates: Gates) -> list[Metric]:
@@ -141,6 +146,22 @@ def _joints(reference: Reference, robot: RobotModel, gates: Gates) -> list[Metri
 def _derivative(x: ndarray, order: int, rate: float) -> ndarray:
     """Absolute differences; one zero where the clip is too short for any."""
     return np.abs(np.diff(x, order, axis=0)) * rate**order if len(x) > order else np.zeros((1, x.shape[1]))
+
+
+def _hands(reference: Reference, robot: RobotModel, source: HumanClip) -> list[Metric]:
+    """How far hands are turned from the person's; nothing where the source has no hands or the robot no wrists."""
+    goals = hand_goals(source, robot)
+    if not goals:
+        return []
+    off, can = hand_errors(robot, reference.qpos[reference.dance], goals)
+    found = [
+        Metric(key=MetricKey.HAND_IN_REACH, value=100.0 * float(can.mean()), unit="%",
+               meaning="frames and hands that the wrists can turn there from where the forearms are"),
+    ]  # fmt: skip
+    if can.any():
+        found.insert(0, Metric(key=MetricKey.HAND_TURN_ERROR, value=float(np.degrees(off[can].mean())), unit="deg",
+                               meaning="hands of robot and source, world frame, in those frames"))  # fmt: skip
+    return found
 
 
 def _limb_error(reference: Reference, robot: RobotModel, source: HumanClip) -> float:

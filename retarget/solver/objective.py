@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -52,6 +53,7 @@ def make_objective(
     posture: Float[ndarray, "T J"],
     pins: Float[ndarray, "T J"] | None = None,
     feet_config: FeetConfig = FeetConfig(),
+    turned: Sequence[int] = (),
 ) -> Objective:
     """Weigh the targets.
 
@@ -62,6 +64,7 @@ def make_objective(
         posture: joint angles to stay near where the targets leave freedom [rad].
         pins: joint angles of key frames [rad], NaN where there is none.
         feet_config: how fast a foot that leaves the floor is let go.
+        turned: wrists' joints whose posture turns a hand as the person's.
     """
     feet = targets.feet
     edges = [
@@ -78,6 +81,7 @@ def make_objective(
     edge_weight[..., 2] = np.maximum(edge_weight[..., 2], weights.swing + glides * (weights.planted - weights.swing))
     in_contact = share.reshape(-1, 2, 2).max(axis=2)
     firmness = np.where(free_joints(robot), weights.free_joint, weights.posture)
+    firmness[list(turned)] = weights.hand
     posture_weight = np.broadcast_to(firmness, posture.shape)
     if pins is not None:
         pinned = np.isfinite(pins)

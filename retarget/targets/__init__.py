@@ -15,7 +15,8 @@ from retarget.targets.feet import FootTargets, contact_share, smoothstep
 from retarget.targets.floor_parts import floor_parts, landmark_of
 from retarget.targets.halves import join_halves, with_standing_legs
 from retarget.targets.leads import MotionWithLeads, add_leads, blend_frames, targets_of
-from retarget.targets.robot_figure import as_figure, mirrored
+from retarget.targets.robot_figure import as_figure, mirrored, of_this_robot, posture_of
+from retarget.targets.segment_frames import hand_frames
 from retarget.targets.targets import LIMBS, Targets, join, make_targets
 
 __all__ = [
@@ -35,13 +36,16 @@ __all__ = [
     "find_contacts",
     "floor_parts",
     "foot_yaw_rate",
+    "hand_frames",
     "heel_toe_points",
     "join",
     "join_halves",
     "landmark_of",
     "make_targets",
     "mirrored",
+    "of_this_robot",
     "pin_angles",
+    "posture_of",
     "raise_jumps",
     "read_contacts",
     "read_keys",

@@ -8,9 +8,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from clips import Clip, HumanClip, RobotClip
+from clips import Clip, HumanClip, Provenance, RobotClip
 from clips.edit import resample
-from clips.provenance import Provenance
 from retarget.targets.robot_figure import as_figure
 from robot_models import FEET
 from robot_models.maths import rotation as rot

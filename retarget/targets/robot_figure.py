@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
 
 from clips import Clip, HumanClip, RobotClip, full_qpos, mirror
+from retarget.targets.targets import Targets
 from robot_models import FEET, RobotModel, forward_kinematics, leg_length, load_robot, reflected_joints
 from robot_models.maths import rotation as rot
 
@@ -66,3 +69,17 @@ def mirrored(clip: Clip) -> Clip:
     if isinstance(clip, RobotClip) and reflected_joints(load_robot(clip.robot)) is None:
         return mirror(as_figure(clip))
     return mirror(clip)
+
+
+def of_this_robot(recorded: Clip, robot: RobotModel) -> bool:
+    """Whether a clip was made on the robot that shall dance it."""
+    return isinstance(recorded, RobotClip) and recorded.robot == robot.name
+
+
+def posture_of(recorded: Clip, robot: RobotModel, targets: Targets) -> Float[ndarray, "T nq"]:
+    """Where to start and what to stay near: the recording, where it was made on this very robot, else the default."""
+    if isinstance(recorded, RobotClip) and of_this_robot(recorded, robot):
+        return full_qpos(recorded, robot)
+    qpos = np.tile(robot.default_qpos, (len(targets.pelvis_pos), 1))
+    qpos[:, :3], qpos[:, 3:7] = targets.pelvis_pos, targets.pelvis_quat
+    return qpos

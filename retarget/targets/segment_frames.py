@@ -15,6 +15,8 @@ from robot_models.maths import nearest
 from robot_models.maths import rotation as rot
 
 _INSTEP = np.radians(25.0)  # by which the line from ankle to toe falls, of a foot that is flat
+_BENT = 0.3  # sine of an elbow's bend from which it tells where the thumb is
+_LEVEL = 0.35  # cosine between an arm and the way up, of a T-pose
 _LIES, _STANDS = 0.2, 0.6  # sines of a shin's angle over the horizontal
 
 
@@ -76,6 +78,51 @@ def foot_direction(clip: HumanClip, side: str) -> Float[ndarray, "T 3"]:
     shin = rot.unit(clip.point(f"{side}_knee") - clip.point(f"{side}_ankle"))
     upright = np.clip((shin[:, 2:] - _LIES) / (_STANDS - _LIES), 0.0, 1.0)
     return np.cross(left, shin + upright * (np.array([0.0, 0.0, 1.0]) - shin))
+
+
+def hand_frames(clip: HumanClip, side: str) -> Float[ndarray, "T 4"] | None:
+    """Orientation of a hand: x along the forearm where the wrist is straight, z towards the thumb; None where it has none.
+
+    A skeleton whose zero pose is a T with the palms down tells it exactly: there the thumb is ahead. Of any other the
+    constant offset is the one that makes the wrist straight and the forearm neither turned in nor out on average.
+    """
+    recorded = clip.orientation(f"{side}_wrist")
+    if recorded is None:
+        return None
+    at_zero = None if clip.upright else _hand_in_a_t(clip, side)
+    if at_zero is not None:
+        return np.asarray(rot.multiply(recorded, np.broadcast_to(at_zero, recorded.shape)))
+    along = rot.unit(clip.point(f"{side}_wrist") - clip.point(f"{side}_elbow"))
+    bend = clip.point(f"{side}_shoulder") - clip.point(f"{side}_elbow")
+    flexed = bend - np.sum(bend * along, axis=1, keepdims=True) * along
+    bent = np.linalg.norm(flexed, axis=1) > _BENT * np.linalg.norm(bend, axis=1)
+    if not bent.any():
+        return None
+    thumb = rot.unit(np.where(bent[:, None], flexed, 1.0))
+    geometric = rot.from_axes(along, np.cross(thumb, along))
+    return calibrate(recorded, geometric, where=bent)
+
+
+def _hand_in_a_t(clip: HumanClip, side: str) -> Float[ndarray, "4"] | None:
+    """The hand's frame at the zero pose of a skeleton, in the file's axes; None where that is no T-pose.
+
+    Bones are constant in the frame that they hang in, so that they tell the zero pose.
+    """
+    bones = {}
+    for name, start, end in (
+        ("up", "pelvis", "chest"), ("thigh", f"{side}_hip", f"{side}_knee"), ("left", "left_elbow", "left_wrist"),
+        ("right", "right_elbow", "right_wrist"), ("upper", f"{side}_shoulder", f"{side}_elbow"),
+    ):  # fmt: skip
+        turn = clip.orientation(start)
+        if turn is None or end not in clip.landmarks:
+            return None
+        bones[name] = rot.unit(np.median(rot.rotate(rot.conjugate(turn), clip.point(end) - clip.point(start)), axis=0))
+    up, left, right = bones["up"], bones["left"], bones["right"]
+    level = abs(float(left @ up)) < _LEVEL and abs(float(bones["upper"] @ up)) < _LEVEL
+    if float(bones["thigh"] @ up) > -0.9 or float(left @ right) > -0.9 or not level:
+        return None
+    along, ahead = bones[side], rot.unit(np.cross(left, up))
+    return rot.from_axes(along, np.cross(ahead, along))
 
 
 def calibrate(

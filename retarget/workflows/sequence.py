@@ -95,7 +95,7 @@ def retarget_sequence(
     padded = _with_leads(robot, coarse, targets, names, config)
     lead = padded.dance.start
     near, pins = np.concatenate(posture), np.full((padded.dance.stop - lead, len(robot.joint_names)), np.nan)
-    solution, padded = solve(robot, padded, near, pins, config, progress)
+    solution, padded = solve(robot, padded, near, pins, config, progress, {})
     bare = reference_of(robot, solution, padded, config)
     dynamics = physics_of(bare, robot) if config.dynamics else None
     report = _worst(robot, solution, padded, sources, config, dynamics)

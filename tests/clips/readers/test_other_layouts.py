@@ -85,7 +85,7 @@ def test_loco_mujocos_joints_go_by_name_whatever_their_order(tmp_path):
         ({"split_points": np.array([0, 10, 39, 40])}, "split_points"),
         ({"split_points": np.array([5, 10, 40])}, "split_points"),
         ({"qpos": np.zeros((40, 20))}, "a free root and one per joint"),
-        ({"joint_names": np.array(["root", *(f"j{i}" for i in range(28))])}, "one robot that is known"),
+        ({"joint_names": np.array(["root", *(f"j{i}" for i in range(28))])}, "names of joints that fit no robot"),
         ({"frequency": np.zeros(3)}, "no frame rate"),
     ],
 )

@@ -103,8 +103,8 @@ def test_a_ragged_row_is_named(tmp_path, motion):
 
 
 def test_another_robots_csv_is_refused(tmp_path, motion):
-    with pytest.raises(ClipError, match="26 joint values"):
-        read_clip(write_rows(tmp_path / "m.csv", motion[:, :33]), ReadOptions(fps=30))
+    with pytest.raises(ClipError, match="25 joint values"):
+        read_clip(write_rows(tmp_path / "m.csv", motion[:, :32]), ReadOptions(fps=30))
 
 
 def test_named_points_with_a_time_column_a_gap_and_shuffled_columns(tmp_path, rng):
