@@ -7,7 +7,7 @@ from clips.errors import ClipError, ReferenceFileError
 from clips.files import OutputError, aside, folder_aside, write_whole
 from clips.metrics import MetricKey, metric_key, metric_label
 from clips.provenance import Finding, Provenance, ReadOptions, Repair
-from clips.readers import clip_stem, file_and_name, read_clip, read_of_several
+from clips.readers import clip_stem, clips_in, file_and_name, read_clip, read_of_several
 from clips.reference import FREE, GLIDING, PIVOTING, PLANTED, Reference, make_reference
 from clips.reference_file import check_reference_against, is_reference, load_reference, save_reference
 from clips.writers import LAYOUTS, read_back, write_motion
@@ -39,6 +39,7 @@ __all__ = [
     "at_speed",
     "check_reference_against",
     "clip_stem",
+    "clips_in",
     "cut",
     "file_and_name",
     "floor_nearby",

@@ -9,7 +9,7 @@ from pathlib import Path
 from cli.retargeting.arguments import Arguments
 from cli.retargeting.batch_verdict import batch_verdict, outcome_lines, outcome_table
 from cli.shell import again, interrupted_by_signals, progress, tell
-from clips import ClipError, OutputError, file_and_name, write_whole
+from clips import ClipError, OutputError, ReadOptions, clips_in, file_and_name, write_whole
 from retarget import RetargetError
 from retarget.workflows import BatchConfig, Job, Outcome, jobs_for, motion_files, run_batch, summary_rows
 from robot_models.maths import available_threads
@@ -31,7 +31,7 @@ def retarget_all(args: Arguments) -> int:
     folder = args.out or Path("references")
     if folder.resolve() in [clip.resolve() for clip in args.clips]:
         raise OutputError(f"--out {folder}", found="the folder of the clips", expected="another: results are no clips")
-    clips = list(dict.fromkeys(clip for named in args.clips for clip in _files(named, folder)))
+    clips = list(dict.fromkeys(clip for named in args.clips for clip in _files(named, folder, args.file.reading())))
     if not clips:
         named = " ".join(map(str, args.clips))
         raise ClipError(named, found="no motion file", expected="BVH, CSV, PKL, NPZ, AMC, C3D or txt below it")
@@ -58,8 +58,11 @@ def retarget_all(args: Arguments) -> int:
     )
 
 
-def _files(named: Path, folder: Path) -> list[Path]:
+def _files(named: Path, folder: Path, options: ReadOptions) -> list[Path]:
     """The clips that a name on the command line stands for; results of earlier batches in `folder` are none."""
+    file, sign, rest = str(named).partition("#*")
+    if sign and not rest and Path(file).is_file():
+        return clips_in(Path(file), options)
     if named.is_dir():
         return motion_files(named, but=folder)
     if not named.exists() and glob.has_magic(str(named)):

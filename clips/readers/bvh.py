@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 import warnings
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import REQUIRED, HumanClip
-from clips.errors import ClipError
+from clips.errors import ClipError, SeveralClipsError
 from clips.identify import find_landmarks, human_clip
 from clips.provenance import FASTEST, Finding, RawFile, ReadOptions
 from robot_models.maths import rotation as rot
@@ -200,7 +201,10 @@ def _person(joints: list[_Joint], options: ReadOptions, where: str) -> set[int]:
     numbers = {str(k + 1): r for k, r in enumerate(people)} | {joints[r].name: r for r in trees}
     if options.person in numbers:
         return set(trees[numbers[options.person]])
-    raise ClipError(
+    refusal = (
+        partial(SeveralClipsError, names=tuple(names)) if len(people) > 1 and options.person is None else ClipError
+    )
+    raise refusal(
         where, found=f"{len(people)} people ({', '.join(names)})" if len(people) > 1 else f"no person '{options.person}'",
         expected=f"one of {', '.join(names)}" if names else "a body", cure="say which, by name or by number",
         option="person", suggestion="1",

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from clips.clip import HumanClip
-from clips.errors import ClipError
+from clips.errors import ClipError, SeveralClipsError
 from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
 from clips.readers.marker_clip import marker_clip
 
@@ -156,7 +157,8 @@ def _one_subject(raw: RawFile, content: Mapping[str, ndarray], options: ReadOpti
         points, residuals = content["points"][:, own], content["residuals"][own]
         return {**content, "labels": content["labels"][own], "points": points, "residuals": residuals}
     if len(subjects) > 1 or options.person not in (None, "1"):
-        raise ClipError(
+        refusal = ClipError if options.person else partial(SeveralClipsError, names=tuple(subjects))
+        raise refusal(
             raw.name, found=f"{len(subjects)} subjects ({', '.join(subjects)})", expected="one of them",
             cure="say which, by name or by number", option="person", suggestion="1",
         )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from clips.errors import ClipError
+from clips.errors import ClipError, SeveralClipsError
 from clips.provenance import RawFile, ReadOptions
 from robot_models.incoming import file_name
 
@@ -37,11 +37,12 @@ def one_of_several(names: Sequence[str], raw: RawFile, options: ReadOptions) -> 
         return int(asked) - 1
     more = f", and {len(names) - _TOLD} more" if len(names) > _TOLD else ""
     listed = ", ".join(names[:_TOLD]) + more
-    raise ClipError(
-        raw.name,
-        found=f"{len(names)} clips ({listed})" if asked is None else f"no clip '{asked}' among {len(names)} ({listed})",
-        expected="one clip", cure="say which, by name or by number, as FILE#1",
-        **({"option": "person", "suggestion": "1"} if asked is None else {}),
+    if asked is not None:
+        found = f"no clip '{asked}' among {len(names)} ({listed})"
+        raise ClipError(raw.name, found=found, expected="one clip", cure="say which, by name or by number, as FILE#1")
+    raise SeveralClipsError(
+        raw.name, tuple(names), found=f"{len(names)} clips ({listed})", expected="one clip",
+        cure="say which, by name or by number, as FILE#1; FILE#* is all of them", option="person", suggestion="1",
     )  # fmt: skip
 
 

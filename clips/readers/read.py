@@ -10,7 +10,7 @@ from clips.checks import likely_rate, sway_ratio
 from clips.clip import Clip, HumanClip
 from clips.config import SWAY
 from clips.edit import travel_from_feet, travel_scaled
-from clips.errors import ClipError
+from clips.errors import ClipError, SeveralClipsError
 from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers import (
     amc,
@@ -96,6 +96,24 @@ def read_clip(path: Path | str, options: ReadOptions | None = None) -> Clip:
         expected=_EXPECTED,
         cure="docs/formats.md lists every layout",
     )
+
+
+def clips_in(path: Path, options: ReadOptions | None = None) -> list[Path]:
+    """Every clip or person of a file, as FILE#NAME (FILE#2 where names repeat or are no names of files); itself where it holds one.
+
+    Args:
+        path: the file.
+        options: what is stated about it.
+
+    Raises:
+        ClipError: as `read_clip`, but of one that holds several.
+    """
+    try:
+        read_clip(path, options)
+    except SeveralClipsError as e:
+        plain = len(set(e.names)) == len(e.names) and not any("/" in name or "\\" in name for name in e.names)
+        return [Path(f"{path}#{name if plain else k + 1}") for k, name in enumerate(e.names)]
+    return [path]
 
 
 def read_of_several(path: Path | str, options: ReadOptions) -> Clip:

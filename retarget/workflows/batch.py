@@ -35,7 +35,9 @@ from retarget.errors import RetargetError
 from retarget.pipeline import Retargeted, retarget
 from robot_models import DanceError, __version__, load_robot
 
-SUFFIXES = (".bvh", ".csv", ".pkl", ".npz", ".amc", ".c3d", ".txt", ".motion")
+SUFFIXES = (
+    ".bvh", ".csv", ".pkl", ".npz", ".npy", ".amc", ".c3d", ".txt", ".motion", ".pt", ".trc", ".mvnx", ".glb", ".gltf", ".vmd"
+)  # fmt: skip
 _FORMAT = 5
 Verdict = Literal["keep", "down-weight", "quarantine", "exclude"]
 

@@ -9,7 +9,7 @@ import other_tools as tools
 import pytest
 from scipy.spatial.transform import Rotation
 
-from clips import ClipError, ReadOptions, read_clip
+from clips import ClipError, ReadOptions, clips_in, read_clip
 from clips.readers.smpl import _JOINTS, _MEAN
 from clips.readers.torch_pickle import load_storage, rebuild_tensor
 from robot_models import load_robot
@@ -134,6 +134,17 @@ def test_two_people_of_a_film_are_asked_for(folder):
     other = read_clip(Path(f"{folder}/wham_output.pkl#7"), RATE)
     first = read_clip(Path(f"{folder}/wham_output.pkl#3"), RATE)
     assert np.allclose(np.linalg.norm(other.positions - first.positions, axis=-1), np.sqrt(3.0))
+
+
+def test_a_file_of_several_lists_them_all(folder, tmp_path):
+    assert [p.name for p in clips_in(folder / "wham_output.pkl", RATE)] == ["wham_output.pkl#3", "wham_output.pkl#7"]
+    assert [p.name for p in clips_in(folder / "mdm_results.npy")] == ["mdm_results.npy#a", "mdm_results.npy#b"]
+    assert clips_in(folder / "dance.trc") == [folder / "dance.trc"]
+    for path in clips_in(folder / "wham_output.pkl", RATE):
+        assert read_clip(path, RATE).frames == tools.FRAMES
+    content = np.load(folder / "mdm_results.npy", allow_pickle=True).item() | {"text": ["walk/run", "walk"]}
+    np.save(tmp_path / "x.npy", content, allow_pickle=True)
+    assert [p.name for p in clips_in(tmp_path / "x.npy")] == ["x.npy#1", "x.npy#2"]  # a name that would be a folder
 
 
 def test_who_has_no_place_in_a_world_walks_by_the_feet(folder, dance):
