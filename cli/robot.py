@@ -10,13 +10,12 @@ from cli.retargeting import report_table
 from cli.robot_arguments import Add, Arguments, Check
 from cli.robot_list import list_robots
 from cli.shell import TellOptions, Trouble, Verdict, command, line, make_folder, tell
-from clips import OutputError, cut, read_clip, write_whole
+from clips import OutputError, read_clip, write_whole
 from retarget.workflows import check_robot
 from robot_models import kept_in, load_robot, robot_names
 from robot_models.draft import STANDS_S, draft_profile, in_collection, listed_robot, without_overlaps
 
-_SAMPLE = Path(clips.samples.__path__[0]) / "groove.bvh"
-_TEST_S = 6.0  # of the sample clip
+_DRILL = Path(clips.samples.__path__[0]) / "drill.bvh"  # turns, hops, a deep knee bend, a kick, raised arms
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -70,7 +69,7 @@ def _write(path: Path, text: str) -> None:
 def _check(name: str, folder: Path, options: TellOptions, notes: tuple[str, ...] = ()) -> int:
     """Stand, dance, and say what to mend; a robot by its name, or the path of its profile."""
     robot = load_robot(name)
-    check = check_robot(robot, cut(read_clip(_SAMPLE), 0.0, _TEST_S))
+    check = check_robot(robot, read_clip(_DRILL))
     written = [folder / f"{robot.name}_check.rrd"]
     check.result.save(written[0])
     still, no_picture = folder / f"{robot.name}_check.png", ""

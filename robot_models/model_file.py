@@ -73,6 +73,11 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
 
 def _text_of(path: Path) -> str:
     text = read_text(path, expected="a URDF or MJCF robot", most=MAX_MODEL, error=RobotError)
+    if "<xacro:" in text or "${" in text:
+        raise RobotError(
+            str(path), found="xacro, from which a URDF is made", expected="a URDF or MJCF robot",
+            cure=f"expand it first: xacro {path.name} > {path.name.partition('.')[0]}.urdf",
+        )  # fmt: skip
     if "<!ENTITY" in text:
         raise RobotError(str(path), found="XML entities", expected="a robot spelt out", cure="expand them first")
     return text
@@ -113,6 +118,23 @@ def open_spec(
         return turn_upright(split_joints(spec), upright, yaw)
     except (ValueError, RuntimeError, KeyError) as e:
         raise RobotError(str(path), found=f"a file that MuJoCo refuses ({e})", expected="a URDF or MJCF robot") from e
+
+
+def linkages(path: Path) -> tuple[str, ...]:
+    """What ties joints of a model file to one another, and is left out of a robot: equalities, tendons, mimicking joints.
+
+    Raises:
+        RobotError: as `open_spec`.
+    """
+    import mujoco
+
+    tree = ET.fromstring(_text_of(path))
+    if tree.tag == "robot":
+        joints = [j for j in tree.iter("joint") if j.find("mimic") is not None]
+        return tuple(f"{j.get('name', '')} mimics {j.find('mimic').get('joint', '')}" for j in joints)  # type: ignore[union-attr]
+    spec = mujoco.MjSpec.from_file(str(path))
+    ties = [f"{e.name1} and {e.name2 or 'the world'} by an equality" for e in spec.equalities]
+    return (*ties, *(f"{tendon.name or 'a tendon'}" for tendon in spec.tendons))
 
 
 _NO_NUMBER = re.compile(r"(?:^|\s)[-+]?(?:nan|inf|infinity)(?:\s|$)", re.IGNORECASE)

@@ -7,6 +7,7 @@ own; every dance is a BVH for dance-retarget. The same seed gives the same dance
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,12 @@ from numpy import ndarray
 from clips.samples.make_samples import ANKLE, FPS, JOINTS, NAMES, bump, ease, leg, write_bvh
 from robot_models.maths import rotation as rot
 
+DRILL_S, DRILL_SEED = 10.0, 290  # of its hands and heights: knees 29 cm down, hops of 10 cm, turns of 100 degrees
 GRAVITY = 9.81  # [m/s^2]
 HIPS = 0.86  # height of the hips while dancing [m]
 STEP = 0.8  # of a beat that a foot is in the air
 SIDES = (("Left", 1.0), ("Right", -1.0))
+DRILL = ("turn", "squat", "hop", "kick", "turn", "lunge", "hop", "step")  # what a robot is tried out on
 MOVES = {"step": 6.0, "turn": 3.0, "kick": 2.0, "hop": 1.5, "squat": 1.5, "lunge": 1.5, "sway": 2.0}  # how often each
 
 
@@ -40,11 +43,12 @@ class Dance:
         self.lowered, self.raised, self.lean = np.zeros(frames), np.zeros(frames), np.zeros((frames, 2))
         self.place, self.yaw = np.zeros(2), 0.0
 
-    def choreograph(self) -> None:
-        """One move after another, from a beat of standing to two of it."""
+    def choreograph(self, moves: Sequence[str] = ()) -> None:
+        """One move after another, from a beat of standing to two of it; the moves given, or any."""
         at, names, weights = 1.0, list(MOVES), np.array(list(MOVES.values()))
+        following = iter(moves)
         while at < self.beats - 5:
-            move = self.rng.choice(names, p=weights / weights.sum())
+            move = next(following, "sway") if moves else self.rng.choice(names, p=weights / weights.sum())
             at += getattr(self, f"_{move}")(at)
 
     def _step(self, at: float, turn: float = 0.0) -> float:
@@ -170,14 +174,24 @@ def pose(dance: Dance) -> tuple[ndarray, ndarray]:
     return positions, turns
 
 
+def drill() -> Dance:
+    """Turns, a deep knee bend, hops, a kick and raised arms in ten seconds: what a robot is tried out on."""
+    dance = Dance(DRILL_S, np.random.default_rng(DRILL_SEED))
+    dance.choreograph(DRILL)
+    return dance
+
+
 def main() -> None:
-    """Write the dances."""
+    """Write the dances; without arguments the drill."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("count", type=int, nargs="?", default=60)
     parser.add_argument("seconds", type=float, nargs="?", default=20.0)
     parser.add_argument("seed", type=int, nargs="?", default=0)
     args = parser.parse_args()
+    if args.folder is None:
+        write_bvh(Path(__file__).with_name("drill.bvh"), *pose(drill()))
+        return
     args.folder.mkdir(parents=True, exist_ok=True)
     for k in range(args.count):
         dance = Dance(args.seconds, np.random.default_rng((args.seed, k)))

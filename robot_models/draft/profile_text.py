@@ -17,7 +17,10 @@ from robot_models.draft.limb_capsules import limb_capsules
 from robot_models.draft.stance import FACES, Sole, check_stance, soles_of, stood_up
 from robot_models.incoming import turned
 from robot_models.model import RobotModel
+from robot_models.model_file import linkages
 from robot_models.profile import FEET, LANDMARKS, Capsule, read_profile
+
+_TOLD = 4  # ties of a linkage in a note
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +71,7 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
             else []
         ),
         *notes,
+        *_ties(path),
         *([f"capsules: {len(capsules)} around the meshes, one per body"] if capsules else []),
         *(
             [
@@ -145,6 +149,17 @@ def _bare(unprofiled: UnprofiledModel, bodies: Sequence[str], path: Path) -> Seq
 def _upright(bodies: Sequence[str], yaw: float) -> list[str]:
     """What is said of frames that are turned."""
     return [*([f"upright = {_listed(bodies)}"] if bodies else []), *([f"yaw = {yaw:.7g}"] if yaw else [])]
+
+
+def _ties(path: Path) -> list[str]:
+    """What is said of linkages: the tree is serial, and who drives a joint through rods has other limits."""
+    tied = linkages(path)
+    if not tied:
+        return []
+    listed = ", ".join(tied[:_TOLD]) + (f" and {len(tied) - _TOLD} more" if len(tied) > _TOLD else "")
+    return [
+        f"linkages: {listed} are left out, every joint moves by itself: state the torques and speeds that they have at the joints"
+    ]
 
 
 def _head(unprofiled: UnprofiledModel, path: Path, name: str, out: Path, rights: tuple[str, str]) -> list[str]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
@@ -17,6 +18,9 @@ from robot_models.incoming import turns_of
 from robot_models.maths import rotation as rot
 from robot_models.model_file import open_spec
 from robot_models.profile import FEET
+
+if TYPE_CHECKING:
+    import mujoco
 
 Sole = tuple[tuple[float, float], tuple[float, float], float]
 """Back and front edge, right and left edge, height [m]."""
@@ -67,41 +71,71 @@ def _open(path: Path, upright: tuple[str, ...] = (), yaw: float = 0.0) -> Unprof
         raise RobotError(str(path), found=f"a model that MuJoCo cannot compile ({e})", expected="a robot") from e
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    limbs = find_limbs(model, data, str(path))
+    try:
+        limbs = find_limbs(model, data, str(path))
+    except RobotError as e:
+        raise faults_without_limbs(path, e) from None
     landmarks = limbs.landmarks
     for side in FEET:
         leg, arm = limbs.legs[side], limbs.arms[side]
         knee, elbow = (middle_joint(model, data, chain) for chain in (leg, arm))
-        if knee == leg[-1]:
-            raise RobotError(
-                str(path), found=f"'{leg[-1]}', the {side} knee, at the end of its limb", expected="a foot beyond it",
-                cure="give the foot a body of its own in the model file, on a joint with a small range",
-            )  # fmt: skip
         landmarks |= {f"{side}_hip": joint_centre(model, data, leg), f"{side}_knee": knee}
         landmarks |= {f"{side}_shoulder": joint_centre(model, data, arm), f"{side}_elbow": elbow}
     return UnprofiledModel(model=model, data=data, limbs=limbs, landmarks=landmarks)
 
 
 def check_stance(unprofiled: UnprofiledModel, points: Mapping[str, Float[ndarray, "V 3"]], path: Path) -> None:
-    """At zero the robot shall stand along z and face +x, all joints with ranges.
+    """At zero the robot shall stand along z and face +x, all joints with ranges, every foot beyond its knee.
 
     Raises:
-        RobotError: it does not.
+        RobotError: it does not; every fault is told at once.
     """
     model, data, foot = unprofiled.model, unprofiled.data, unprofiled.limbs.legs["left"][-1]
     leg = np.array(data.body(unprofiled.landmarks["left_hip"]).xpos - data.body(foot).xpos)
     reach = float(np.mean([points[foot][:, 0].max(), points[foot][:, 0].min()])) if foot in points else 0.0
-    free = [n for n in unprofiled.joints if not model.jnt_limited[model.joint(n).id]]
-    faults = (
+    kneeless = [s for s in FEET if unprofiled.landmarks[f"{s}_knee"] == unprofiled.limbs.legs[s][-1]]
+    faults = [
         (leg[2] < 0.8 * np.linalg.norm(leg), f"hips over feet by {leg[0]:.2f}, {leg[1]:.2f}, {leg[2]:.2f} m along x, y, z at zero",
          "a robot that stands along z", "turn its root body in the model file"),
         (reach < -0.01, f"soles that reach {-100 * reach:.0f} cm further back than ahead of the ankle",
          "a robot that faces +x at zero", "turn its root body by half a turn in the model file"),
-        (free, f"no position limit for {', '.join(free)}", "a range for every joint", "write the ranges into the model file"),
+        (bool(kneeless), f"the {' and the '.join(kneeless)} knee at the end of its limb", "a foot beyond it",
+         "give the foot a body of its own in the model file, on a joint with a small range"),
+    ]  # fmt: skip
+    faults.append(_without_range(model, unprofiled.joints))
+    _refuse(path, [fault[1:] for fault in faults if fault[0]])
+
+
+def faults_without_limbs(path: Path, refusal: RobotError) -> RobotError:
+    """The refusal of a robot whose limbs were not found, with what is wrong beside that."""
+    model = open_spec(path, repair=True).compile()
+    joints = [model.joint(j).name for j in range(1, model.njnt)]
+    missing, *said = _without_range(model, joints)
+    if not missing:
+        return refusal
+    found, expected, cure = said
+    return RobotError(
+        refusal.where, found=f"{refusal.found}; and {found}", expected=f"{refusal.expected}; and {expected}",
+        cure="; ".join(part for part in (refusal.cure, cure) if part),
     )  # fmt: skip
-    for fault, found, expected, cure in faults:
-        if fault:
-            raise RobotError(str(path), found=found, expected=expected, cure=cure)
+
+
+def _without_range(model: mujoco.MjModel, joints: Sequence[str]) -> tuple[bool, str, str, str]:
+    free = [n for n in joints if not model.jnt_limited[model.joint(n).id]]
+    return (
+        bool(free), f"no position limit for {', '.join(free)}", "a range for every joint", "write the ranges into the model file",
+    )  # fmt: skip
+
+
+def _refuse(path: Path, faults: Sequence[tuple[str, str, str]]) -> None:
+    """Refuse a robot for all that is wrong with it.
+
+    Raises:
+        RobotError: there is any.
+    """
+    if faults:
+        found, expected, cure = ("; and ".join(said) for said in zip(*faults, strict=True))
+        raise RobotError(str(path), found=found, expected=expected, cure=cure)
 
 
 def soles_of(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from conftest import SAMPLES
 
 from clips import HumanClip, read_clip
 from clips.samples import choreograph as script
@@ -40,3 +41,14 @@ def test_a_dance_is_read_as_any_other(tmp_path):
     write_bvh(tmp_path / "dance.bvh", positions, turns)
     clip = read_clip(tmp_path / "dance.bvh")
     assert isinstance(clip, HumanClip) and clip.frames == len(positions)
+
+
+def test_the_drill_that_is_shipped_is_the_one_that_is_written(tmp_path):
+    """By its numbers, written with six digits; and it asks for what it says."""
+    dance = script.drill()
+    assert dance.lowered.max() > 0.25 and dance.raised.max() > 0.08  # a deep knee bend, and hops
+    clip = read_clip(SAMPLES / "drill.bvh")
+    positions, _ = script.pose(dance)
+    hips = clip.point("pelvis")
+    assert clip.frames == len(positions)
+    np.testing.assert_allclose(hips[:, 2] - hips[0, 2], positions[:, 0, 2] - positions[0, 0, 2], atol=1e-3)
