@@ -73,11 +73,6 @@ def read_spec(profile: RobotProfile) -> mujoco.MjSpec:
 
 def _text_of(path: Path) -> str:
     text = read_text(path, expected="a URDF or MJCF robot", most=MAX_MODEL, error=RobotError)
-    if "<xacro:" in text or "${" in text:
-        raise RobotError(
-            str(path), found="xacro, from which a URDF is made", expected="a URDF or MJCF robot",
-            cure=f"expand it first: xacro {path.name} > {path.name.partition('.')[0]}.urdf",
-        )  # fmt: skip
     if "<!ENTITY" in text:
         raise RobotError(str(path), found="XML entities", expected="a robot spelt out", cure="expand them first")
     return text
@@ -103,6 +98,7 @@ def open_spec(
     text = _text_of(path)
     try:
         tree = ET.fromstring(text)
+        _refuse_xacro(path, tree)
         _try_in_child(path, tree)
         if tree.tag == "robot":
             spec = mujoco.MjSpec.from_string(_urdf_for_mujoco(text, primitives, repair))
@@ -118,6 +114,14 @@ def open_spec(
         return turn_upright(split_joints(spec), upright, yaw)
     except (ValueError, RuntimeError, KeyError) as e:
         raise RobotError(str(path), found=f"a file that MuJoCo refuses ({e})", expected="a URDF or MJCF robot") from e
+
+
+def _refuse_xacro(path: Path, tree: ET.Element) -> None:
+    if any("xacro" in element.tag for element in tree.iter()) or path.suffix == ".xacro":
+        raise RobotError(
+            str(path), found="xacro, from which a URDF is made", expected="a URDF or MJCF robot",
+            cure=f"expand it first: xacro {path.name} > {path.name.partition('.')[0]}.urdf",
+        )  # fmt: skip
 
 
 def linkages(path: Path) -> tuple[str, ...]:

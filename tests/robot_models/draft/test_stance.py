@@ -25,7 +25,9 @@ def test_everything_that_is_wrong_is_told_at_once(tmp_path):
 
 
 def test_xacro_is_called_by_its_name(tmp_path):
-    (tmp_path / "r.urdf.xacro").write_text('<robot xmlns:xacro="x"><xacro:include filename="a"/></robot>')
+    (tmp_path / "r.urdf.xacro").write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="a"/></robot>'
+    )
     with pytest.raises(RobotError, match=r"found xacro.*expand it first: xacro r\.urdf\.xacro > r\.urdf"):
         draft_profile(tmp_path / "r.urdf.xacro", "x", tmp_path / "x.toml")
 
