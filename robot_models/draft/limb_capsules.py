@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -14,13 +14,23 @@ from robot_models.draft.stance import Sole
 from robot_models.profile import FEET, Capsule
 
 # Radii over the length of the leg, as G1, H1, R1 and T1 have them by their meshes.
-_THICK = {"thigh": 0.065, "shank": 0.045, "upper_arm": 0.045, "forearm": 0.04, "trunk": 0.1}
+_THICK = {
+    "thigh": 0.065,
+    "shank": 0.045,
+    "upper_arm": 0.045,
+    "forearm": 0.04,
+    "trunk": 0.1,
+    "pelvis": 0.08,
+    "head": 0.095,
+}
 _PARTS = (
     ("thigh", "hip", "knee"),
     ("shank", "knee", "foot"),
     ("upper_arm", "shoulder", "elbow"),
     ("forearm", "elbow", "wrist"),
 )
+_STUB = 0.6  # of its limb's length, below which a capsule does not stand for the limb
+_NECK = 0.2  # from the shoulders to the middle of the head, over the length of the leg
 _FOOT = 0.012  # radius along the edges of a sole [m]
 
 
@@ -30,7 +40,7 @@ def limb_capsules(
     ends: Mapping[str, tuple[float, float, float]],
     bare: Collection[str],
 ) -> list[Capsule]:
-    """One along every half of a limb, one in the trunk, two along every sole, of bodies without a surface.
+    """One along every half of a limb, one in trunk and pelvis, a head, two along every sole, of bodies without a surface.
 
     Args:
         unprofiled: the robot at zero.
@@ -58,7 +68,30 @@ def limb_capsules(
     shoulders, hips = (0.5 * (at(f"left_{part}") + at(f"right_{part}")) for part in ("shoulder", "hip"))
     low = hips + 0.35 * (shoulders - hips)
     found.append(_along(unprofiled, "trunk", unprofiled.limbs.torso, low, shoulders, _THICK["trunk"] * leg))
+    pelvis = unprofiled.limbs.pelvis
+    found.append(_along(unprofiled, "pelvis", pelvis, at("left_hip"), at("right_hip"), _THICK["pelvis"] * leg))
+    if unprofiled.limbs.head != unprofiled.limbs.torso:
+        up, radius = np.array([0.0, 0.0, 1.0]), _THICK["head"] * leg
+        crown = np.maximum(at("head"), shoulders + _NECK * leg * up)
+        ends_of_head = crown - 1.3 * radius * up, crown + 1.3 * radius * up
+        found.append(_along(unprofiled, "head", unprofiled.limbs.head, *ends_of_head, radius))
     return [capsule for capsule in found if capsule.body in bare]
+
+
+def whole_limbs(found: Sequence[Capsule], along: Sequence[Capsule]) -> list[Capsule]:
+    """Capsules inside a surface and along limbs, together: a body keeps the one that it has, unless that is a stub of its limb.
+
+    Args:
+        found: inside the surfaces of a file that dresses a part of the robot.
+        along: of every limb.
+    """
+    limbs = {c.body: _length(c) for c in along if not c.name.endswith(("foot_left", "foot_right"))}
+    kept = [c for c in found if _length(c) >= _STUB * limbs.get(c.body, 0.0)]
+    return [*kept, *(c for c in along if c.body not in {k.body for k in kept})]
+
+
+def _length(capsule: Capsule) -> float:
+    return float(np.linalg.norm(np.subtract(capsule.end, capsule.start))) + 2.0 * capsule.radius
 
 
 def _carrier(unprofiled: UnprofiledModel, first: str, last: str) -> str:

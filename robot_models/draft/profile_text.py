@@ -13,13 +13,14 @@ from robot_models.draft.estimates import Estimate, UnprofiledModel, doubted_rang
 from robot_models.draft.forearms import doubted_limbs, find_ends
 from robot_models.draft.hulls import capsules_of, surface_points
 from robot_models.draft.level_feet import levelled
-from robot_models.draft.limb_capsules import limb_capsules
+from robot_models.draft.limb_capsules import limb_capsules, whole_limbs
 from robot_models.draft.stance import FACES, Sole, check_stance, soles_of, stood_up
 from robot_models.incoming import turned
 from robot_models.model import RobotModel
 from robot_models.model_file import linkages
 from robot_models.profile import FEET, LANDMARKS, Capsule, read_profile
 
+_DRESSED = 0.6  # of its bodies have a surface, of a robot whose file shows what it looks like
 _TOLD = 4  # ties of a linkage in a note
 
 
@@ -56,7 +57,10 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
     ends, hands = find_ends(unprofiled, points)
     bare = _bare(unprofiled, [b for b in bodies if b not in limbs.loose], path)
     capsules = capsules_of(points, bare)
-    along = limb_capsules(unprofiled, soles, ends, set(bare) - {c.body for c in capsules})
+    dressed = len(points) > _DRESSED * len(bodies)
+    along = limb_capsules(unprofiled, soles, ends, set(bare) - ({c.body for c in capsules} if dressed else set()))
+    shapes = [*capsules, *along] if dressed else whole_limbs(capsules, along)
+    capsules, along = ([c for c in shapes if c in some] for some in (capsules, along))
     notes = [
         "friction: 0.8, rubber on a hall floor",
         *(

@@ -20,7 +20,7 @@ def test_a_capsule_lies_along_every_half_of_a_limb(h2):
     soles = dict.fromkeys(FEET, _UNKNOWN_SOLE)
     bodies = {h2.model.body(b).name for b in range(1, h2.model.nbody)}
     capsules = {c.name: c for c in limb_capsules(h2, soles, {}, bodies)}
-    assert len(capsules) == 2 * (4 + 2) + 1
+    assert len(capsules) == 2 * (4 + 2) + 3  # and trunk, pelvis, head
     for name, start, end in (("left_thigh", "left_hip", "left_knee"), ("right_forearm", "right_elbow", "right_wrist")):
         c = capsules[name]
         frame = h2.data.body(c.body)
