@@ -44,6 +44,7 @@ def find_landmarks(names: Sequence[str]) -> dict[str, str]:
     """Landmark -> point name, for every landmark that a name tells."""
     prefix = _common_prefix(names)
     plain = {_split(n.removeprefix(prefix)): n for n in reversed(names)}
+    plain |= {side: n for n in names if (side := _side_by_pair(n, names)) is not None and side not in plain}
     found: dict[str, str] = {}
     for side in ("left", "right"):
         for part, customs in _SIDED.items():
@@ -56,6 +57,14 @@ def find_landmarks(names: Sequence[str]) -> dict[str, str]:
         if hits:
             found[part] = hits[0]
     return found
+
+
+def _side_by_pair(name: str, names: Sequence[str]) -> tuple[str, str] | None:
+    """Side and bare name of `lhip` beside `rhip`, as MakeHuman's CMU rig and others in small letters are called."""
+    other, rest = {"l": "r", "r": "l"}.get(name[:1]), name[1:]
+    if other is None or f"{other}{rest}" not in names or not any(rest in customs for customs in _SIDED.values()):
+        return None
+    return ("left" if other == "r" else "right"), rest
 
 
 def _common_prefix(names: Sequence[str]) -> str:

@@ -112,3 +112,17 @@ def test_leg_lengths_are_those_of_the_bones_side_by_side_and_do_not_depend_on_wh
     longer[:, NAMES.index("right_ankle"), 2] -= 0.2
     assert (leg_lengths(longer, NAMES, LANDMARKS)[:, 1] > legs[:, 1] + 0.15).all()
     np.testing.assert_array_equal(leg_lengths(longer, NAMES, LANDMARKS)[:, 0], legs[:, 0])
+
+
+def test_small_letters_tell_a_side_where_both_sides_are_there():
+    """MakeHuman's CMU rig: `lhip` beside `rhip`; a `lamp` is no left anything."""
+    sided = [
+        f"{s}{part}" for s in "lr" for part in ("buttock", "hip", "knee", "foot", "collar", "shldr", "forearm", "hand")
+    ]
+    found = find_landmarks(["hip", "abdomen", "chest", "neck", "head", *sided])
+    want = {"hip": "hip", "knee": "knee", "ankle": "foot", "shoulder": "shldr", "elbow": "forearm", "wrist": "hand"}
+    assert {f"{side}_{part}": found[f"{side}_{part}"] for side in ("left", "right") for part in want} == {
+        f"{side}_{part}": f"{side[0]}{name}" for side in ("left", "right") for part, name in want.items()
+    }
+    assert found["pelvis"] == "hip"
+    assert find_landmarks(["lamp", "ramp", "lknee"]) == {}
