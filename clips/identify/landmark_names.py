@@ -44,7 +44,7 @@ def find_landmarks(names: Sequence[str]) -> dict[str, str]:
     """Landmark -> point name, for every landmark that a name tells."""
     prefix = _common_prefix(names)
     plain = {_split(n.removeprefix(prefix)): n for n in reversed(names)}
-    plain |= {side: n for n in names if (side := _side_by_pair(n, names)) is not None and side not in plain}
+    plain |= {told: n for n in names if (told := _side_by_pair(n, names)) is not None and told not in plain}
     found: dict[str, str] = {}
     for side in ("left", "right"):
         for part, customs in _SIDED.items():
