@@ -26,7 +26,7 @@ _CHUNK = struct.Struct("<I4s")
 _WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
 _FLOAT = 5126
 _MOST_NODES = 2000
-_MOST_FRAMES = 1_000_000
+_MOST_POSES = 8_000_000  # of a node at a frame
 _DATA = "base64,"
 
 
@@ -66,8 +66,12 @@ def _read(raw: RawFile, document: Mapping[str, Any], packed: bytes, options: Rea
     fps, finding = _rate(raw, list(keys.values()), options)
     start, end = min(k[0] for k in keys.values()), max(k[-1] for k in keys.values())
     count = int(np.floor((end - start) * fps + 1e-3)) + 1
-    if not MIN_FRAMES <= count <= _MOST_FRAMES:
-        raise ClipError(raw.name, found=f"{count} frames", expected=f"{MIN_FRAMES} to {_MOST_FRAMES}")
+    if not MIN_FRAMES <= count <= _MOST_POSES // len(nodes):
+        raise ClipError(
+            raw.name,
+            found=f"{count} frames of {len(nodes)} nodes",
+            expected=f"{MIN_FRAMES} to {_MOST_POSES // len(nodes)}",
+        )
     times = start + np.arange(count) / fps
     above = {int(child): k for k, node in enumerate(nodes) for child in node.get("children", [])}
     order = _parents_first(len(nodes), above)

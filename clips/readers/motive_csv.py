@@ -16,7 +16,7 @@ from clips.identify import human_clip
 from clips.provenance import UNITS, Finding, RawFile, ReadOptions
 from clips.readers.marker_clip import marker_clip
 from clips.readers.one_of_several import one_of_several
-from clips.readers.table import number_rows
+from clips.readers.table import WIDEST, number_rows
 from robot_models.maths import rotation as rot
 
 _UNITS = {"meters": "m", "centimeters": "cm", "millimeters": "mm", "inches": "inch", "feet": "0.3048"}
@@ -131,6 +131,8 @@ def _columns(raw: RawFile, lines: Sequence[str]) -> tuple[list[_Column], int]:
     width = len(rows[titles]) if titles else 0
     quantities = rows[titles - 1] if titles else []
     kinds, names = labels.get("Type", []), labels.get("Name", [])
+    if width > WIDEST:
+        raise ClipError(raw.name, found=f"{width} columns", expected=f"at most {WIDEST}: a body has no more")
     if not titles or any(len(row) != width for row in (kinds, names, quantities)):
         # Before 1.22 the type's row has no title in its second cell.
         raise ClipError(

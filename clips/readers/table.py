@@ -20,7 +20,7 @@ _TIME = {"time", "t", "time_s", "timestamp", "time(s)", "times", "sec", "seconds
 _MARK = b"\xef\xbb\xbf"
 _MAX_JITTER = 0.05  # of a frame
 _LONGEST_HOLE_S = 0.1
-_WIDEST = 10_000  # columns
+WIDEST = 10_000  # columns
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,8 +80,8 @@ def parse(raw: RawFile, *, named_points: bool = False) -> Table:
     if separator != ",":
         notes.append(f"separator {separator!r}")
     first = [c.strip().strip('"') for c in _split(head, separator)]
-    if len(first) > _WIDEST:
-        raise ClipError(raw.name, found=f"{len(first)} columns", expected=f"at most {_WIDEST}: a body has no more")
+    if len(first) > WIDEST:
+        raise ClipError(raw.name, found=f"{len(first)} columns", expected=f"at most {WIDEST}: a body has no more")
     has_header = not all(_is_number(c, separator) for c in first if c)
     columns = tuple(first) if has_header else ()
     values = _numbers(data, int(has_header), len(first), separator)

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
+from robot_models.incoming import MAX_UNPACKED
+
 _MAGIC = 0x1950A86A20F9469CFC6C  # of torch.save before its archives, which a storage is pickled by
 _KINDS = {
     "FloatStorage": "<f4", "DoubleStorage": "<f8", "LongStorage": "<i8", "IntStorage": "<i4", "ShortStorage": "<i2",
@@ -79,6 +81,8 @@ def rebuild_tensor(storage: Any, offset: Any, size: Any, stride: Any, *_: Any) -
     ):
         raise ValueError("a tensor of no storage")
     last = int(offset) + sum((n - 1) * s for n, s in zip(shape, steps, strict=True))
+    if math.prod(shape) * storage.itemsize > MAX_UNPACKED:  # strides of 0 make much of little
+        raise ValueError(f"a tensor of shape {shape}")
     if math.prod(shape) and last >= len(storage):
         raise ValueError(f"a tensor of shape {shape} over {len(storage)} numbers")
     strides = [s * storage.itemsize for s in steps]

@@ -137,16 +137,21 @@ def _keys(raw: RawFile) -> dict[str, ndarray]:
         np.isfinite(table["pos"]).all() and np.isfinite(table["quat"]).all() and (np.abs(table["pos"]) < 1e5).all()
     ):
         raise ClipError(raw.name, found="keys that are not finite, or absurd", expected="places and quaternions")
-    names = [bytes(n).split(b"\0")[0].decode("shift_jis", errors="replace") for n in table["name"]]
+    wanted = {*_REST, *_TWISTS.values(), *(f"{side}{end}" for side in "左右" for end in ("足ＩＫ", "足IK親"))}
+    rows: dict[str, list[int]] = {}
+    for k, name in enumerate(table["name"]):
+        bone = bytes(name).split(b"\0")[0].decode("shift_jis", errors="replace")
+        if bone in wanted:  # of thousands of others, of skirts and hair, nothing is made
+            rows.setdefault(bone, []).append(k)
     found = {}
-    for bone in dict.fromkeys(names):
-        own = table[[n == bone for n in names]]
+    for bone, places in rows.items():
+        own = table[places]
         _, last = np.unique(own["frame"][::-1], return_index=True)
         found[bone] = own[::-1][last]
     body = set(found) & {*_REST, *(f"{side}足ＩＫ" for side in "左右")}
     if len(body) < _LEAST_BONES:
         raise ClipError(
-            raw.name, found=f"keys of {len(body)} bones of a body among {len(found)}", expected="a dance",
+            raw.name, found=f"keys of {len(body)} bones of a body among {len(table)} keys", expected="a dance",
             cure="a camera's or a face's VMD has none: take the one of the motion",
         )  # fmt: skip
     return found

@@ -198,6 +198,8 @@ def test_a_storage_that_lies_is_refused():
             load_storage(data)
     with pytest.raises(ValueError, match="over 6 numbers"):
         rebuild_tensor(np.zeros(6), 0, (4, 2), (2, 1))
+    with pytest.raises(ValueError, match="a tensor of shape"):
+        rebuild_tensor(np.zeros(6), 0, (10**6, 10**6), (0, 0))  # terabytes of one number
     assert np.array_equal(rebuild_tensor(np.arange(6.0), 1, (2, 2), (2, 1)), [[1.0, 2.0], [3.0, 4.0]])
 
     class Evil:
@@ -238,6 +240,13 @@ def test_curves_of_a_vmd_ease(tmp_path):
     foot = straight.names.index(straight.landmarks["left_ankle"])
     halfway = [c.positions[11, foot, 2] - c.positions[0, foot, 2] for c in (straight, eased)]
     assert 0.0 < halfway[1] < 0.5 * halfway[0]
+
+
+def test_a_vmd_of_ten_thousand_bones_costs_what_its_body_costs(tmp_path):
+    hair = [(f"h{k}", 150_000, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)) for k in range(10_000)]
+    tools.vmd(tmp_path / "x.vmd", [*tools.steps_on_the_spot(), *hair])
+    clip = read_clip(tmp_path / "x.vmd")
+    assert clip.frames == 61 and clip.source.dialect == "VMD, 5 bones with keys"
 
 
 def test_a_cameras_vmd_is_no_dance(tmp_path):
