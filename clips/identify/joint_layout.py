@@ -108,7 +108,10 @@ def _astray(raw: RawFile, robot: str, names: tuple[str, ...], motion: NamelessMo
         columns = [model.joint(n) for n in order]
         beyond = np.maximum(model.lower[columns] - joint_pos, joint_pos - model.upper[columns])
         for quat_order in ("xyzw", "wxyz"):
-            quat = unit_wxyz(raw, motion.root_quat[probe], quat_order)
+            try:
+                quat = unit_wxyz(raw, motion.root_quat[probe], quat_order)
+            except ClipError:  # no quaternions at all: refused where they are read, with what they may be
+                return np.inf
             corners, up = posed(model, columns, root_pos, quat, joint_pos)
             height = abs(float(np.percentile(corners[..., 2].min(axis=(1, 2)), 25.0)))
             share = 100.0 * float((beyond > 0.1).mean())

@@ -35,9 +35,8 @@ from retarget.errors import RetargetError
 from retarget.pipeline import Retargeted, retarget
 from robot_models import DanceError, __version__, load_robot
 
-SUFFIXES = (
-    ".bvh", ".csv", ".pkl", ".npz", ".npy", ".amc", ".c3d", ".txt", ".motion", ".pt", ".trc", ".mvnx", ".glb", ".gltf", ".vmd"
-)  # fmt: skip
+SUFFIXES = (".bvh", ".csv", ".pkl", ".npz", ".npy", ".amc", ".c3d", ".txt", ".motion",
+            ".pt", ".trc", ".mvnx", ".glb", ".gltf", ".vmd")  # fmt: skip
 _FORMAT = 5
 Verdict = Literal["keep", "down-weight", "quarantine", "exclude"]
 

@@ -42,7 +42,9 @@ def test_the_command_tells_the_conventions_of_every_clip(tmp_path, monkeypatch, 
     assert [p.name for p in tmp_path.iterdir()] == ["groove_dancer.npz"]
 
 
-MORE_IS_BETTER = MetricKey.CONTACT_SHARE, MetricKey.ON_BEAT, MetricKey.ON_BEAT_RECORDED
+MORE_IS_BETTER = (
+    MetricKey.CONTACT_SHARE, MetricKey.HAND_IN_REACH, MetricKey.ON_BEAT, MetricKey.ON_BEAT_RECORDED
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("key", list(MetricKey))
