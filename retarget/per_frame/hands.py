@@ -25,20 +25,28 @@ _CALM_HZ = 8.0  # of the angles: hands shake as their sensors do
 _REACHED = np.radians(5.0)  # off where it shall be, of a hand whose wrist can
 
 
+@lru_cache(maxsize=16)
 def wrists(robot: RobotModel) -> dict[str, list[int]]:
     """Joints between elbow and hand, by side, of a robot whose wrists can turn a hand any way; {} of any other."""
-    model, found = robot.model, dict[str, list[int]]()
-    for side in FEET:
-        body, elbow = (robot.body_ids[robot.landmark(f"{side}_{part}")] for part in ("wrist", "elbow"))
-        chain = list[int]()
-        while body not in (0, elbow):
-            if model.body_jntnum[body]:
-                chain.append(robot.joint_names.index(model.joint(int(model.body_jntadr[body])).name))
-            body = int(model.body_parentid[body])
-        if len(chain) < _JOINTS:
-            return {}
-        found[side] = chain[::-1]
-    return found
+    found = {side: [joint for joint, _, _ in _chain(robot, side)] for side in FEET}
+    return found if all(len(joints) >= _JOINTS for joints in found.values()) else {}
+
+
+@lru_cache(maxsize=32)
+def _chain(robot: RobotModel, side: str) -> list[tuple[int, Float[ndarray, "4"], Float[ndarray, "3"]]]:
+    """From the elbow outwards: a joint, the turn before it from the joint before, and its axis in its body."""
+    model, chain = robot.model, list[tuple[int, ndarray, ndarray]]()
+    body, elbow = (robot.body_ids[robot.landmark(f"{side}_{part}")] for part in ("wrist", "elbow"))
+    while body not in (0, elbow):
+        if model.body_jntnum[body]:
+            hinge = int(model.body_jntadr[body])
+            joint = robot.joint_names.index(model.joint(hinge).name)
+            chain.insert(0, (joint, np.array(model.body_quat[body]), np.array(model.jnt_axis[hinge])))
+        else:  # a body that is welded on the way: its turn comes before the joint's beyond it
+            joint, turn, axis = chain[0]
+            chain[0] = joint, rot.multiply(np.array(model.body_quat[body]), turn), axis
+        body = int(model.body_parentid[body])
+    return chain
 
 
 def hand_goals(source: HumanClip, robot: RobotModel) -> dict[str, Float[ndarray, "T 4"]]:
@@ -72,9 +80,10 @@ def hold_hands(
         fps: frames per second.
     """
     held = np.array(qpos)
+    _, quat = forward_kinematics(robot, qpos)
     for side, goal in goals.items():
         joints = wrists(robot)[side]
-        angles, _ = _solve(robot, held, side, joints, goal)
+        angles, _ = _solve(robot, quat[:, robot.landmark(f"{side}_elbow")], side, goal)
         calm = smooth(angles, fps, _CALM_HZ)
         held[:, [7 + j for j in joints]] = np.clip(calm, robot.lower[joints], robot.upper[joints])
     return held
@@ -88,7 +97,7 @@ def hand_errors(
     off, can = [], []
     for side, goal in goals.items():
         off.append(rot.angle_between(quat[:, robot.landmark(f"{side}_wrist")], goal))
-        _, miss = _solve(robot, qpos, side, wrists(robot)[side], goal)
+        _, miss = _solve(robot, quat[:, robot.landmark(f"{side}_elbow")], side, goal)
         can.append(miss < _REACHED)
     return np.stack(off, axis=1), np.stack(can, axis=1)
 
@@ -113,19 +122,29 @@ def _hand_at_zero(robot: RobotModel) -> dict[str, Float[ndarray, "4"]]:
 
 
 def _solve(
-    robot: RobotModel, qpos: Float[ndarray, "T nq"], side: str, joints: list[int], goal: Float[ndarray, "T 4"]
-) -> tuple[Float[ndarray, "T 3"], Float[ndarray, "T"]]:
+    robot: RobotModel, forearm: Float[ndarray, "T 4"], side: str, goal: Float[ndarray, "T 4"]
+) -> tuple[Float[ndarray, "T J"], Float[ndarray, "T"]]:
     """Angles of a wrist by damped least squares inside its ranges, and how far from its goal the hand stays [rad]."""
-    tried, hand = np.array(qpos), robot.landmark(f"{side}_wrist")
-    columns = [7 + j for j in joints]
-    tried[:, columns] = np.clip(0.0, robot.lower[joints], robot.upper[joints])
+    joints = wrists(robot)[side]
+    low, high = robot.lower[joints], robot.upper[joints]
+    angles = np.tile(np.clip(0.0, low, high), (len(goal), 1))
     for _ in range(_STEPS):
-        _, quat, axes, _ = joint_axes(robot, tried)
-        error = rot.log(rot.multiply(goal, rot.conjugate(quat[:, hand])))
-        turns = np.moveaxis(axes[:, joints], 1, 2)  # T 3 J: how the hand turns with each joint
+        hand, axes = _turned(robot, forearm, side, angles)
+        error = rot.log(rot.multiply(goal, rot.conjugate(hand)))
+        turns = np.moveaxis(axes, 1, 2)  # T 3 J: how the hand turns with each joint
         normal = np.swapaxes(turns, 1, 2) @ turns + _DAMPING**2 * np.eye(len(joints))
-        rhs = np.swapaxes(turns, 1, 2) @ error[..., None] - _DAMPING**2 * tried[:, columns, None]
-        step = np.clip(np.linalg.solve(normal, rhs)[..., 0], -0.5, 0.5)
-        tried[:, columns] = np.clip(tried[:, columns] + step, robot.lower[joints], robot.upper[joints])
-    _, quat, _, _ = joint_axes(robot, tried)
-    return tried[:, columns], rot.angle_between(quat[:, hand], goal)
+        rhs = np.swapaxes(turns, 1, 2) @ error[..., None] - _DAMPING**2 * angles[..., None]
+        angles = np.clip(angles + np.clip(np.linalg.solve(normal, rhs)[..., 0], -0.5, 0.5), low, high)
+    return angles, rot.angle_between(_turned(robot, forearm, side, angles)[0], goal)
+
+
+def _turned(
+    robot: RobotModel, forearm: Float[ndarray, "T 4"], side: str, angles: Float[ndarray, "T J"]
+) -> tuple[Float[ndarray, "T 4"], Float[ndarray, "T J 3"]]:
+    """The hand's orientation, and the wrist's axes, in the world."""
+    quat, axes = forearm, []
+    for k, (_, before, axis) in enumerate(_chain(robot, side)):
+        quat = rot.multiply(quat, np.broadcast_to(before, quat.shape))
+        axes.append(rot.rotate(quat, np.broadcast_to(axis, (len(quat), 3))))
+        quat = rot.multiply(quat, rot.exp(angles[:, k, None] * axis))
+    return quat, np.stack(axes, axis=1)
