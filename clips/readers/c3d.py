@@ -19,10 +19,12 @@ from numpy import ndarray
 
 from clips.clip import HumanClip
 from clips.errors import ClipError, SeveralClipsError
-from clips.provenance import UNITS, Finding, RawFile, ReadOptions, Repair
+from clips.provenance import Finding, RawFile, ReadOptions, Repair
 from clips.readers.marker_clip import marker_clip
+from clips.readers.rates import unit
 
 _INTEL, _MIPS = 84, 86  # their signs in the parameter section
+_UNITS = {"millimeters": "mm", "meters": "m", "centimeters": "cm", "in": "inch"}
 _BLOCK = 512  # bytes; sections of a C3D begin at whole blocks
 _WORKER = Path(__file__).with_name("c3d_worker.py")
 _MOST_BYTES = 1 << 30  # of the worker's memory, beside twelve times the file
@@ -46,12 +48,12 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     """
     content = _open(raw)
     fps, rate = _rate(raw, float(content["rate"]), options)
-    unit, unit_finding = _unit(raw, str(next(iter(content["units"]), "")), options)
+    scale, unit_finding = unit(raw, "POINT:UNITS", str(next(iter(content["units"]), "")), _UNITS, options, "mm")
     markers, repairs = _markers(_one_subject(raw, content, options))
     if not markers:
         raise ClipError(raw.name, found="no labelled marker", expected="markers with names", cure="label them first")
     return marker_clip(
-        raw, dialect=f"C3D, {len(markers)} labelled markers", fps=fps, unit=(unit, unit_finding), markers=markers,
+        raw, dialect=f"C3D, {len(markers)} labelled markers", fps=fps, unit=(scale, unit_finding), markers=markers,
         options=options, findings=[rate], repairs=repairs,
     )  # fmt: skip
 
@@ -128,20 +130,6 @@ def _rate(raw: RawFile, told: float, options: ReadOptions) -> tuple[float, Findi
     if not (np.isfinite(fps) and fps > 0.0):
         raise raw.no_fps()
     return fps, Finding(what="fps", value=f"{fps:.6g}", why=why, confidence="stated", option="fps")
-
-
-def _unit(raw: RawFile, told: str, options: ReadOptions) -> tuple[float, Finding]:
-    """Metres per unit, as POINT:UNITS says."""
-    told = told.strip().lower()
-    name = options.unit or {"millimeters": "mm", "meters": "m", "centimeters": "cm", "in": "inch"}.get(told, told)
-    if name in UNITS or options.unit is not None:
-        scale = UNITS[name] if name in UNITS else float(name)
-        why = "given" if options.unit else "POINT:UNITS"
-        return scale, Finding(what="unit", value=name, why=why, confidence="stated", option="unit")
-    raise ClipError(
-        f"{raw.name}, POINT:UNITS", found=repr(told), expected="the unit of its positions", cure="state it",
-        option="unit", suggestion="mm",
-    )  # fmt: skip
 
 
 def _one_subject(raw: RawFile, content: Mapping[str, ndarray], options: ReadOptions) -> Mapping[str, ndarray]:

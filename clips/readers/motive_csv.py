@@ -13,9 +13,10 @@ from numpy import ndarray
 from clips.clip import HumanClip
 from clips.errors import ClipError
 from clips.identify import human_clip
-from clips.provenance import UNITS, Finding, RawFile, ReadOptions
+from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers.marker_clip import marker_clip
 from clips.readers.one_of_several import one_of_several
+from clips.readers.rates import unit
 from clips.readers.table import WIDEST, number_rows
 from robot_models.maths import rotation as rot
 
@@ -59,7 +60,7 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     columns, titles = _columns(raw, lines)
     values = number_rows(raw, lines, first=titles + 1, width=len(columns) + 2, separator=",")[:, 2:]
     fps = _rate(raw, said, options)
-    unit = _unit(raw, said, options)
+    scaled = unit(raw, "Length Units", said.get("Length Units", ""), _UNITS, options, "m")
     rate = Finding(
         what="fps",
         value=f"{fps:.6g}",
@@ -69,7 +70,7 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     )
     bones = _of_one(raw, [c for c in columns if c.kind == "Bone"], options)
     if len(bones) >= _LEAST_BONES:
-        return _skeleton(raw, columns, values, bones, said, fps, unit, [rate], options)
+        return _skeleton(raw, columns, values, bones, said, fps, scaled, [rate], options)
     kinds = ("Marker", "Bone Marker")
     owners = sorted({c.name for c in columns if c.kind in kinds})
     tracks = {
@@ -85,7 +86,7 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
         raw,
         dialect=f"Motive CSV, {len(found)} markers",
         fps=fps,
-        unit=unit,
+        unit=scaled,
         markers=found,
         options=options,
         findings=[rate],
@@ -94,9 +95,9 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
 
 def _skeleton(
     raw: RawFile, columns: Sequence[_Column], values: ndarray, bones: Sequence[str], said: dict[str, str], fps: float,
-    unit: tuple[float, Finding], findings: Sequence[Finding], options: ReadOptions,
+    scaled: tuple[float, Finding], findings: Sequence[Finding], options: ReadOptions,
 ) -> HumanClip:  # fmt: skip
-    scale, unit_finding = unit
+    scale, unit_finding = scaled
     names = [bone.split(":")[-1] for bone in bones]
     tracks = [_track(columns, values, bone, "Position", "XYZ", ("Bone",)) for bone in bones]
     if any(t is None for t in tracks):
@@ -156,16 +157,3 @@ def _rate(raw: RawFile, said: dict[str, str], options: ReadOptions) -> float:
         return options.fps if options.fps is not None else float(told)
     except ValueError as e:
         raise ClipError(f"{raw.name}, line 1", found=f"a rate of {told!r}", expected="a number", option="fps") from e
-
-
-def _unit(raw: RawFile, said: dict[str, str], options: ReadOptions) -> tuple[float, Finding]:
-    told = said.get("Length Units", "")
-    name = options.unit or _UNITS.get(told.lower(), "")
-    if not name:
-        raise ClipError(
-            f"{raw.name}, Length Units", found=repr(told), expected="the unit of its positions", cure="state it",
-            option="unit", suggestion="m",
-        )  # fmt: skip
-    scale = UNITS[name] if name in UNITS else float(name)
-    why = "given" if options.unit else "Length Units"
-    return scale, Finding(what="unit", value=name, why=why, confidence="stated", option="unit")

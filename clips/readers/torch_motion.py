@@ -89,6 +89,13 @@ def _tensors(raw: RawFile) -> dict[str, Any]:
         with zipfile.ZipFile(io.BytesIO(raw.data)) as archive:
             refuse_bombs(archive, raw.name, ClipError)
         content = torch.load(io.BytesIO(raw.data), map_location="cpu", weights_only=True)
+        if not isinstance(content, dict):
+            shape = f" of shape {tuple(content.shape)}" if isinstance(content, torch.Tensor) else ""
+            raise ClipError(
+                raw.name,
+                found=f"a bare {type(content).__name__}{shape}",
+                expected="a dictionary of tensors, named by their keys",
+            )
         return _arrays(content, torch.Tensor)
     except ClipError:
         raise

@@ -7,8 +7,9 @@ from numpy import ndarray
 
 from clips.clip import HumanClip
 from clips.errors import ClipError
-from clips.provenance import UNITS, Finding, RawFile, ReadOptions
+from clips.provenance import Finding, RawFile, ReadOptions
 from clips.readers.marker_clip import marker_clip
+from clips.readers.rates import unit
 from clips.readers.table import number_rows
 
 _UNITS = {"millimeters": "mm", "meters": "m", "centimeters": "cm", "inches": "inch"}
@@ -41,14 +42,12 @@ def read(raw: RawFile, options: ReadOptions) -> HumanClip:
     names = [name.strip().split(":")[-1] for name in names]
     tracks = np.moveaxis(values[:, 2:].reshape(len(values), len(names), 3), 1, 0)
     markers = {name: _seen(track) for name, track in zip(names, tracks, strict=True)}
+    fps = _rate(raw, said, options)
+    why = "given" if options.fps else "DataRate"
     return marker_clip(
-        raw, dialect=f"TRC, {len(names)} markers", fps=(fps := _rate(raw, said, options)), unit=_unit(raw, said, options),
-        markers=markers, options=options,
-        findings=[
-            Finding(
-                what="fps", value=f"{fps:.6g}", why="given" if options.fps else "DataRate", confidence="stated", option="fps"
-            )
-        ],
+        raw, dialect=f"TRC, {len(names)} markers", fps=fps,
+        unit=unit(raw, "Units", said.get("Units", ""), _UNITS, options, "mm"), markers=markers, options=options,
+        findings=[Finding(what="fps", value=f"{fps:.6g}", why=why, confidence="stated", option="fps")],
     )  # fmt: skip
 
 
@@ -64,16 +63,3 @@ def _rate(raw: RawFile, said: dict[str, str], options: ReadOptions) -> float:
         raise ClipError(
             f"{raw.name}, line 3", found=said.get("DataRate", "no DataRate"), expected="frames per second", option="fps"
         ) from e
-
-
-def _unit(raw: RawFile, said: dict[str, str], options: ReadOptions) -> tuple[float, Finding]:
-    told = said.get("Units", "")
-    name = options.unit or _UNITS.get(told.lower(), told.lower())
-    if name not in UNITS and options.unit is None:
-        raise ClipError(
-            f"{raw.name}, Units", found=repr(told), expected="mm, cm, m or inch", cure="state it", option="unit",
-            suggestion="mm",
-        )  # fmt: skip
-    scale = UNITS[name] if name in UNITS else float(name)
-    why = "given" if options.unit else "Units"
-    return scale, Finding(what="unit", value=name, why=why, confidence="stated", option="unit")

@@ -183,6 +183,11 @@ def test_torchs_files_are_read_with_torch_and_without_running_anything(folder, d
     clip = read_clip(tmp_path / "hmr4d_results.pt", RATE)
     assert clip.source.dialect == "GVHMR result"
     assert np.abs(where(clip, dance.names) - danced(dance, dance.names)).max() < MILLIMETRE
+    import torch
+
+    torch.save(torch.zeros(20, 591), tmp_path / "bare.pt")  # as OMOMO's are: nothing in it says what its columns are
+    with pytest.raises(ClipError, match=r"a bare Tensor of shape \(20, 591\)"):
+        read_clip(tmp_path / "bare.pt", RATE)
     motion = read_clip(tmp_path / "phc_tensors.pkl", ReadOptions(source_robot="dancer"))
     assert np.array_equal(motion.joint_pos, robot[:, 7:]) and np.allclose(motion.root_quat, robot[:, 3:7])
 
