@@ -38,11 +38,14 @@ demo: $(VENV)/base
 	@echo "  $(BIN)/dance-play groove-g1             a Unitree G1, live"
 	@echo "Go on: $(BIN)/dance-train --ref $(OUT)/groove.npz -o $(OUT)/run --resume"
 
+# As many processes as cores, four at most: each has a robot, a compiler and half a gigabyte.
+WORKERS ?= auto
+PARALLEL := -n $(WORKERS) --maxprocesses 4
 test: $(VENV)/dev
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(PARALLEL) --dist loadfile
 
 test-slow: $(VENV)/dev
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest $(PARALLEL) -m slow
 
 # Damaged files at every door: make fuzz MINUTES=60
 MINUTES ?= 1

@@ -26,10 +26,10 @@ for python in "${found[@]}"; do
   trap 'rm -rf "$room"' EXIT
   "$python" -m venv "$room"
   if ! "$room/bin/python" -m pip --disable-pip-version-check -q install -c tested-versions.txt "${wheel[0]}[robots,c3d]" \
-    pytest beartype hypothesis PyYAML packaging; then
+    pytest pytest-xdist beartype hypothesis PyYAML packaging; then
     echo "its packages cannot be had here: not tested (make wheels says what the index has)"
     continue
   fi
-  "$room/bin/python" -m pytest -q -p no:cacheprovider tests/robot_models tests/clips tests/retarget tests/cli/test_doctor.py
+  "$room/bin/python" -m pytest -q -n auto --maxprocesses 4 --dist loadfile -p no:cacheprovider tests/robot_models tests/clips tests/retarget tests/cli/test_doctor.py
   rm -rf "$room"
 done
