@@ -175,6 +175,11 @@ def _finish(
         *(s.body for s in robot.soles.values()),
     ):
         robot.body(name)
+    paired = [name for pair in profile.motor_pairs for name in pair]
+    if len(set(paired)) < len(paired):
+        raise RobotError(f"{where}, motor_pairs", found="a joint that stands in it twice", expected="pairs of joints")
+    for name in paired:
+        robot.joint(name)
     return robot
 
 

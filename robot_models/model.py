@@ -129,6 +129,23 @@ class RobotModel:
         inside = np.minimum(margin, 0.1 * (self.upper - self.lower))
         return self.lower + inside, self.upper - inside
 
+    def torque_share(self, torque: Float[ndarray, "*#T J"]) -> Float[ndarray, "*#T J"]:
+        """What a joint's torque is of the most that its motors give.
+
+        Of two joints that two motors move together (`motor_pairs`) the first has the sum of both shares: either may have
+        all that the motors give, or each a half. For motors A and B on levers, tau_1 = r_1 (A + B) and tau_2 = r_2 (A - B):
+        with |A| and |B| at most m, |tau_1| / (2 r_1 m) + |tau_2| / (2 r_2 m) is at most one.
+        """
+        return np.asarray(np.abs(torque) / self.effort @ self.sharing.T)
+
+    @cached_property
+    def sharing(self) -> Float[ndarray, "J J"]:
+        """One where a joint's torque counts in the share of another's motors: in its own, and in its pair's first."""
+        ones = np.eye(len(self.joint_names))
+        for first, second in self.profile.motor_pairs:
+            ones[self.joint(first), self.joint(second)] = 1.0
+        return ones
+
     @cached_property
     def acceleration(self) -> Float[ndarray, "J"]:
         """What each motor can do with 0.8 of its effort against the inertia of the default pose [rad/s^2].

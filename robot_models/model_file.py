@@ -8,6 +8,7 @@ import sys
 import sysconfig
 import xml.etree.ElementTree as ET
 from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,8 @@ from robot_models.incoming import (
     MAX_BODIES,
     MAX_ELEMENTS,
     MAX_MODEL,
+    Linkage,
+    make_serial,
     printable,
     read_text,
     refusal_of_child,
@@ -109,6 +112,7 @@ def open_spec(
     if len(spec.bodies) > MAX_BODIES:
         raise RobotError(str(path), found=f"{len(spec.bodies)} bodies", expected=f"a robot of at most {MAX_BODIES}")
     _strip(spec)
+    make_serial(spec)
     _free_the_root(spec, path)
     try:
         return turn_upright(split_joints(spec), upright, yaw)
@@ -124,8 +128,10 @@ def _refuse_xacro(path: Path, tree: ET.Element) -> None:
         )  # fmt: skip
 
 
-def linkages(path: Path) -> tuple[str, ...]:
-    """What ties joints of a model file to one another, and is left out of a robot: equalities, tendons, mimicking joints.
+def linkages(path: Path) -> Linkage:
+    """What ties joints of a model file to one another: rods, gears and belts, which a robot here has none of.
+
+    Mimicking joints and tendons are told as left, too.
 
     Raises:
         RobotError: as `open_spec`.
@@ -135,10 +141,12 @@ def linkages(path: Path) -> tuple[str, ...]:
     tree = ET.fromstring(_text_of(path))
     if tree.tag == "robot":
         joints = [j for j in tree.iter("joint") if j.find("mimic") is not None]
-        return tuple(f"{j.get('name', '')} mimics {j.find('mimic').get('joint', '')}" for j in joints)  # type: ignore[union-attr]
+        told = [f"{j.get('name', '')} mimics {j.find('mimic').get('joint', '')}" for j in joints]  # type: ignore[union-attr]
+        return Linkage(driven={}, pairs=(), left=tuple(told))
     spec = mujoco.MjSpec.from_file(str(path))
-    ties = [f"{e.name1} and {e.name2 or 'the world'} by an equality" for e in spec.equalities]
-    return (*ties, *(f"{tendon.name or 'a tendon'}" for tendon in spec.tendons))
+    _strip(spec)
+    linkage = make_serial(spec)
+    return replace(linkage, left=(*linkage.left, *(tendon.name or "a tendon" for tendon in spec.tendons)))
 
 
 _NO_NUMBER = re.compile(r"(?:^|\s)[-+]?(?:nan|inf|infinity)(?:\s|$)", re.IGNORECASE)
@@ -219,7 +227,7 @@ def _strip(spec: mujoco.MjSpec) -> None:
         if geom.type == mujoco.mjtGeom.mjGEOM_MESH or geom.parent == spec.worldbody:
             spec.delete(geom)
     for things in (
-        spec.meshes, spec.textures, spec.hfields, spec.sensors, spec.keys, spec.equalities, spec.pairs
+        spec.meshes, spec.textures, spec.hfields, spec.sensors, spec.keys, spec.pairs
     ):  # fmt: skip
         for thing in list(things):
             spec.delete(thing)

@@ -104,6 +104,7 @@ class RobotProfile:
     soles: Mapping[str, Sole]  # "left", "right"
     capsules: tuple[Capsule, ...]
     excludes: tuple[tuple[str, str], ...]  # body pairs that may overlap
+    motor_pairs: tuple[tuple[str, str], ...]  # joints that two motors move together, through rods
     landmarks: Mapping[str, str]  # LANDMARKS -> body
     ends: Mapping[
         str, tuple[float, float, float]
@@ -175,7 +176,8 @@ def _check(profile: RobotProfile, where: str) -> None:
         *profile.tracked,
         *profile.csv_columns,
     )
-    words += (*profile.landmarks.values(), *profile.variants, *(x for pair in profile.excludes for x in pair))
+    pairs = (*profile.excludes, *profile.motor_pairs)
+    words += (*profile.landmarks.values(), *profile.variants, *(x for pair in pairs for x in pair))
     for word in words:
         if not isinstance(word, str) or len(word) > MAX_NAME or not word.isprintable():
             raise RobotError(
@@ -232,6 +234,7 @@ def _parse(data: dict[str, Any], path: Path) -> RobotProfile:
             for n, c in data.get("capsules", {}).items()
         ),
         excludes=tuple((a, b) for a, b in data.get("excludes", ())),
+        motor_pairs=tuple((a, b) for a, b in data.get("motor_pairs", ())),
         landmarks={k: data["landmarks"][k] for k in LANDMARKS},
         ends=_ends(data.get("ends", {})),
         anchor=data["tracking"]["anchor"],

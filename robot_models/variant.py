@@ -66,6 +66,7 @@ def variant_of(profile: RobotProfile, name: str) -> RobotProfile:
         title=f"{profile.title}, {name.replace('_', ' ')}: {len(kept)} joints",
         freeze=(*profile.freeze, *map(re.escape, gone)),
         **tables,
+        motor_pairs=tuple(pair for pair in profile.motor_pairs if set(pair) <= set(kept)),
         landmarks={mark: carrier(body) for mark, body in profile.landmarks.items()},
         ends=ends,
         anchor=carrier(profile.anchor),

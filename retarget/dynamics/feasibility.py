@@ -74,7 +74,12 @@ def hardest_stretches(
 
 def _in_words(d: Dynamics, t: int, cause: str) -> str:
     if cause == "effort":
-        return f"{d.worst_joint[t]} needs {d.effort_share[t]:.2f} of its motor's torque"
+        which, share = d.worst_joint[t], f"{d.effort_share[t]:.2f}"
+        return (
+            f"{which} need {share} of their motors' torque"
+            if " and " in which
+            else f"{which} needs {share} of its motor's torque"
+        )
     in_contact = int(d.in_contact[t].sum())
     where = f"{in_contact} of {d.in_contact.shape[1]} points touching" if in_contact else "nothing touching the floor"
     if cause == "force":

@@ -41,7 +41,7 @@ class Dynamics:
     com_w: Float[ndarray, "T 3"]  # [m]
     zmp_w: Float[ndarray, "T 2"]  # on the floor [m]; NaN in flight and where less than 0.1 of the weight is carried
     zmp_outside: Float[ndarray, "T"]  # distance of the ZMP from the hull of the touching points [m]; 0 inside or NaN
-    effort_share: Float[ndarray, "T"]  # largest |torque| / effort
+    effort_share: Float[ndarray, "T"]  # largest `RobotModel.torque_share`
     worst_joint: tuple[str, ...]  # whose that is
     solve_error: Float[ndarray, "T"]  # of the contact forces' optimality, in gates; above 1e-6 they are not the best
 
@@ -98,7 +98,7 @@ def dynamics_of(reference: Reference, robot: RobotModel) -> Dynamics:
     arm = points.pos_w - demand.com_w[:, None]
     given = np.concatenate((forces.sum(axis=1), rot.cross(arm, forces).sum(axis=1)), axis=1)
     zmp = _zmp(demand, ~np.asarray(points.in_contact.any(axis=1)))
-    share = np.abs(torque) / robot.effort
+    share = robot.torque_share(torque)
     return Dynamics(
         fps=reference.fps,
         joint_names=robot.joint_names,
@@ -113,9 +113,14 @@ def dynamics_of(reference: Reference, robot: RobotModel) -> Dynamics:
         zmp_w=zmp,
         zmp_outside=outside_support(zmp, points.pos_w[..., :2], points.in_contact),
         effort_share=share.max(axis=1),
-        worst_joint=tuple(robot.joint_names[j] for j in share.argmax(axis=1)),
+        worst_joint=tuple(_and_its_pair(robot, int(j)) for j in share.argmax(axis=1)),
         solve_error=error,
     )
+
+
+def _and_its_pair(robot: RobotModel, joint: int) -> str:
+    """The joints whose torques count in a joint's share."""
+    return " and ".join(robot.joint_names[j] for j in np.flatnonzero(robot.sharing[joint]))
 
 
 def torque_misfit(reference: Reference, robot: RobotModel) -> float:

@@ -74,7 +74,7 @@ class FloorWrench:
         if self._carrying.parts.shape[1]:  # a hand that turns is on other points of its surface
             self._carrying.parts[frames] = carrying_parts(self._robot, kin.pos, kin.quat, self._carrying.parts.shape[1])
         state, config, robot = self._state(frames, kin, qpos), self._config, self._robot
-        inner, strain = state.rate.inner, np.abs(state.torque) / robot.effort - config.effort_share
+        inner, strain = state.rate.inner, robot.torque_share(state.torque) - config.effort_share
         fresh = state.missing > config.least
         held = self._held[frames] & ~fresh & inner
         strained = ((strain > 0.0) | self._strained[frames]) & inner[:, None]
@@ -158,9 +158,9 @@ class FloorWrench:
             bare[1] += state.rate.mass.holding_torques(at[some], GRAVITY)
             part, legs = face.at(some), state.cone.joints
             bare[:, :, legs] += part.torque @ part.shares(needed[:, some], bare[:, :, legs])
-            sign = np.take_along_axis(np.sign(state.torque[at]), joints, axis=1)
-            slope = np.where(real, sign / (_RULES.effort_gate * self._robot.effort[joints]), 0.0)
-            by[:, some] = np.take_along_axis(bare, joints[None, some, :, None], axis=2) * slope[some, :, None]
+            slope = np.sign(state.torque[at[some]]) / (_RULES.effort_gate * self._robot.effort)
+            shares = self._robot.sharing @ (bare * slope[..., None])
+            by[:, some] = np.take_along_axis(shares, joints[None, some, :, None], axis=2) * real[some, :, None]
         return np.where(real, joints, -1), np.where(real, over, 0.0) / _RULES.effort_gate, by
 
 
@@ -184,7 +184,7 @@ class _State:
 
     def score(self, robot: RobotModel) -> Float[ndarray, "F"]:
         """That, or the torque beyond a motor's [gates]."""
-        beyond = np.maximum(np.abs(self.torque) / robot.effort - 1.0, 0.0).max(axis=1)
+        beyond = np.maximum(robot.torque_share(self.torque) - 1.0, 0.0).max(axis=1)
         return np.asarray(np.maximum(self.missing, beyond / _RULES.effort_gate))
 
 

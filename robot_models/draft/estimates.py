@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robot_models.draft.limbs import Limbs
+from robot_models.incoming import motor_efforts
 from robot_models.profile import FEET
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def estimate_servos(unprofiled: UnprofiledModel, height: float, path: Path) -> E
     """
     model, data = unprofiled.model, unprofiled.data
     legs = {b for chain in unprofiled.limbs.legs.values() for b in chain}
-    speeds, motors, weak, slow = _urdf_speeds(path), _motor_efforts(model), [], []
+    speeds, motors, weak, slow = _urdf_speeds(path), motor_efforts(model), [], []
     tables: dict[str, dict[str, float]] = {k: {} for k in ("kp", "kd", "armature", "effort", "velocity")}
     for name in unprofiled.joints:
         joint = model.joint(name)
@@ -190,24 +191,6 @@ def _urdf_speeds(path: Path) -> dict[str, float]:
         limit = joint.find("limit")
         if limit is not None:
             found[joint.get("name", "")] = float(limit.get("velocity", "0"))
-    return found
-
-
-def _motor_efforts(model: mujoco.MjModel) -> dict[str, float]:
-    """Torque limits by joint that an MJCF's actuators state: of their force, or of a motor's control, times the gear."""
-    import mujoco
-
-    found: dict[str, float] = {}
-    for k in range(model.nu):
-        if model.actuator_trntype[k] != mujoco.mjtTrn.mjTRN_JOINT:
-            continue
-        gear, most = abs(float(model.actuator_gear[k, 0])), 0.0
-        if model.actuator_forcelimited[k]:
-            most = float(np.abs(model.actuator_forcerange[k]).max())
-        elif model.actuator_ctrllimited[k] and model.actuator_biastype[k] == mujoco.mjtBias.mjBIAS_NONE:
-            most = float(np.abs(model.actuator_ctrlrange[k]).max() * abs(model.actuator_gainprm[k, 0]))
-        if most > 0.0:
-            found[model.joint(int(model.actuator_trnid[k, 0])).name] = most * gear
     return found
 
 

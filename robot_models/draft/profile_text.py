@@ -15,7 +15,7 @@ from robot_models.draft.hulls import capsules_of, surface_points
 from robot_models.draft.level_feet import levelled
 from robot_models.draft.limb_capsules import limb_capsules, whole_limbs
 from robot_models.draft.stance import FACES, Sole, check_stance, soles_of, stood_up
-from robot_models.incoming import turned
+from robot_models.incoming import Linkage, turned
 from robot_models.model import RobotModel
 from robot_models.model_file import linkages
 from robot_models.profile import FEET, LANDMARKS, Capsule, read_profile
@@ -46,6 +46,7 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
         RobotError: no humanoid, or one that does not stand along z and face +x at zero; joints without limits.
     """
     unprofiled, turns, yaw = stood_up(path)
+    linkage = linkages(path)
     model, limbs = unprofiled.model, unprofiled.limbs
     bodies = [model.body(b).name for b in range(1, model.nbody) if model.body_jntnum[b]]
     points = turned(surface_points(path, bodies), turns)
@@ -75,7 +76,7 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
             else []
         ),
         *notes,
-        *_ties(path),
+        *_ties(linkage),
         *([f"capsules: {len(capsules)} around the meshes, one per body"] if capsules else []),
         *(
             [
@@ -92,7 +93,7 @@ def draft_profile(path: Path, name: str, out: Path, *, licence: str = "", origin
     ]
     rights = licence or "unknown: look it up before you pass it on", origin or path.name
     blocks = [
-        [*_head(unprofiled, path, name, out, rights), *_upright(tuple(turns), yaw)],
+        [*_head(unprofiled, path, name, out, rights, linkage.pairs), *_upright(tuple(turns), yaw)],
         *_tables("joints.", servos),
         *_tables("", pose),
         *(_sole(side, limbs.legs[side][-1], soles[side]) for side in FEET),
@@ -155,18 +156,31 @@ def _upright(bodies: Sequence[str], yaw: float) -> list[str]:
     return [*([f"upright = {_listed(bodies)}"] if bodies else []), *([f"yaw = {yaw:.7g}"] if yaw else [])]
 
 
-def _ties(path: Path) -> list[str]:
+def _ties(linkage: Linkage) -> list[str]:
     """What is said of linkages: the tree is serial, and who drives a joint through rods has other limits."""
-    tied = linkages(path)
-    if not tied:
-        return []
-    listed = ", ".join(tied[:_TOLD]) + (f" and {len(tied) - _TOLD} more" if len(tied) > _TOLD else "")
-    return [
-        f"linkages: {listed} are left out, every joint moves by itself: state the torques and speeds that they have at the joints"
+    by_motors: dict[tuple[str, ...], list[str]] = {}
+    for joint, motors in linkage.driven.items():
+        by_motors.setdefault(motors, []).append(joint)
+    notes = [
+        f"linkages: {' and '.join(joints)} have the torques that {' and '.join(motors)} give them through rods or gears at zero"
+        for motors, joints in by_motors.items()
     ]
+    left, tied = linkage.left, ", ".join(linkage.left[:_TOLD])
+    listed = tied + (f" and {len(left) - _TOLD} more" if len(left) > _TOLD else "")
+    return notes + [
+        f"linkages: {listed} are left out, every joint moves by itself: state the torques and speeds that they have at the "
+        "joints, and motor_pairs of joints that two motors move together"
+    ] * bool(left)
 
 
-def _head(unprofiled: UnprofiledModel, path: Path, name: str, out: Path, rights: tuple[str, str]) -> list[str]:
+def _head(
+    unprofiled: UnprofiledModel,
+    path: Path,
+    name: str,
+    out: Path,
+    rights: tuple[str, str],
+    pairs: Sequence[tuple[str, str]],
+) -> list[str]:
     try:
         where = path.resolve().relative_to(out.resolve().parent)
     except ValueError:
@@ -179,6 +193,7 @@ def _head(unprofiled: UnprofiledModel, path: Path, name: str, out: Path, rights:
         "friction = 0.8",
         *([f"freeze = {_listed(unprofiled.loose)}"] if unprofiled.loose else []),
         "excludes = []",
+        *(["motor_pairs = [", *(f'  ["{a}", "{b}"],' for a, b in pairs), "]"] if pairs else []),
         "",
         "[source]",
         f'path = "{where.as_posix()}"',

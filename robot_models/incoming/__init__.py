@@ -15,8 +15,10 @@ from robot_models.incoming.limits import (
     MAX_NETWORK,
     MAX_UNPACKED,
 )
+from robot_models.incoming.motors import motor_efforts
 from robot_models.incoming.names import check_pattern, file_name, printable
 from robot_models.incoming.one_joint import split_joints
+from robot_models.incoming.serial import Linkage, make_serial
 from robot_models.incoming.upright import turn_upright, turned, turns_of
 
 __all__ = [
@@ -30,9 +32,12 @@ __all__ = [
     "MAX_NAME",
     "MAX_NETWORK",
     "MAX_UNPACKED",
+    "Linkage",
     "check_pattern",
     "expanded",
     "file_name",
+    "make_serial",
+    "motor_efforts",
     "parsed",
     "printable",
     "read_array",

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from any_pose import dancer_xml
 
-from robot_models.draft.estimates import _motor_efforts, doubted_ranges, estimate_pose, estimate_servos
+from robot_models.draft.estimates import doubted_ranges, estimate_pose, estimate_servos
 from robot_models.draft.stance import _open
+from robot_models.incoming import motor_efforts
 from robot_models.rigid_body.pinocchio_model import urdf_text
 
 HEIGHT = 0.7
@@ -129,7 +130,7 @@ def test_torque_limits_that_stand_in_the_motors_alone_are_read(tmp_path):
         '<position joint="j2" ctrllimited="true" ctrlrange="-2 2"/>'
         "</actuator></mujoco>"
     )
-    found = _motor_efforts(mujoco.MjModel.from_xml_path(str(path)))
+    found = motor_efforts(mujoco.MjModel.from_xml_path(str(path)))
     assert found == {"j0": 106.0, "j1": 60.0}  # a servo's control is an angle, and says nothing
 
 
