@@ -31,7 +31,13 @@ COLUMNS = {
     MetricKey.LIMB_DIRECTION_ERROR: "limbs deg",
 }
 # Files that do not say their rate; it stands in their data set's card.
-RATES = {"g1_gangnam_style_60hz.csv": 60.0, "g1moves_tiktok.csv": 60.0, "lafan1_g1_dance1_subject2.csv": 30.0}
+RATES = {
+    "g1_gangnam_style_60hz.csv": 60.0,
+    "g1moves_tiktok.csv": 60.0,
+    "lafan1_g1_dance1_subject2.csv": 30.0,
+    "lafan1_g1_dance2_subject1.csv": 30.0,
+    "lafan1_g1_fallAndGetUp2_subject2.csv": 30.0,
+}
 FORMATS = ("csv", "pkl", "npz", "bvh")
 # One clip of a person per format that holds people; robot formats give one clip of a robot.
 ONE_EACH = (

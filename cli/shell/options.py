@@ -38,7 +38,7 @@ class FileOptions:
     layout: str | None = None
     """The order of points without names: smpl22, h36m17, coco17 and others, or a .txt with one name a line."""
     body_model: str | None = None
-    """Your own SMPL, SMPL-H or SMPL-X model (.npz): the bones get the lengths of the file's betas."""
+    """Your own SMPL, SMPL-H or SMPL-X model (.npz or .pkl): the bones get the lengths of the file's betas."""
     person: str | None = None
     """Of several people or clips in one file: a name (of the root, of the clip), or a number; FILE#2 says the same."""
     level: bool = True

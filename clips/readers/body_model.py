@@ -3,37 +3,38 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
 from clips.errors import ClipError
-from robot_models.incoming import read_arrays, read_bytes
+from clips.provenance import RawFile
+from clips.readers.unpickler import load
+from robot_models.incoming import MAX_UNPACKED, read_arrays, read_bytes
 
 _BODY = 22  # joints that SMPL, SMPL-H and SMPL-X share
 _NEEDED = ("J_regressor", "v_template", "shapedirs")
+# What the makers' pickles hold beside arrays: chumpy's variables, which have their value in `x`, and scipy's sparse matrices.
+_HELD = (("chumpy.ch", "Ch"), ("scipy.sparse.csc", "csc_matrix"), ("scipy.sparse._csc", "csc_matrix"))
 
 
 def joints_at_rest(path: Path, betas: Float[ndarray, "B"]) -> Float[ndarray, "22 3"]:
     """Joints of the body of some betas in the pose of zeros [m], in the model's axes: J (v + S betas) (Loper et al. 2015).
 
     Args:
-        path: an .npz with J_regressor (J, V), v_template (V, 3) and shapedirs (V, 3, S).
+        path: an .npz or a .pkl with J_regressor (J, V), v_template (V, 3) and shapedirs (V, 3, S).
         betas: as many as the file has; those beyond the model's are left out.
 
     Raises:
         ClipError: no such model.
     """
     data = read_bytes(path, expected="a body model", error=ClipError)
-    if not data.startswith(b"PK\x03\x04"):
-        raise ClipError(
-            str(path), found="no .npz", expected="the model as its makers give it in .npz",
-            cure="of a .pkl: python -c \"import numpy, pickle; m = pickle.load(open('MODEL.pkl', 'rb'), encoding='latin1'); "
-            "numpy.savez('MODEL.npz', J_regressor=m['J_regressor'].toarray(), v_template=m['v_template'], "
-            "shapedirs=numpy.array(m['shapedirs']))\" (it runs what stands in the file: of your own download only)",
-        )  # fmt: skip
-    arrays = read_arrays(data, str(path), expected="a body model", error=ClipError)
+    if data.startswith(b"PK\x03\x04"):
+        arrays = read_arrays(data, str(path), expected="a body model", error=ClipError)
+    else:
+        arrays = _of_pickle(RawFile(path=path, data=data))
     missing = [key for key in _NEEDED if key not in arrays]
     if missing:
         raise ClipError(str(path), found=f"no {', '.join(missing)}", expected="an SMPL, SMPL-H or SMPL-X model")
@@ -46,3 +47,30 @@ def joints_at_rest(path: Path, betas: Float[ndarray, "B"]) -> Float[ndarray, "22
         raise ClipError(str(path), found=shapes, expected="(J, V), (V, 3) and (V, 3, S)")
     used = min(len(betas), directions.shape[2])
     return np.asarray((regressor @ (template + directions[..., :used] @ betas[:used]))[:_BODY])
+
+
+def _of_pickle(raw: RawFile) -> dict[str, Any]:
+    """The arrays of a model's pickle, opened without chumpy, scipy's classes or anything else that it names."""
+    content = load(raw, held=_HELD)
+    if not isinstance(content, dict):
+        raise ClipError(raw.name, found="no dictionary", expected="a body model as its makers give it, .npz or .pkl")
+    return {key: _dense(content[key], raw) for key in _NEEDED if key in content}
+
+
+def _dense(value: Any, raw: RawFile) -> Any:
+    """An array, the value of a variable, or a matrix of columns."""
+    from scipy.sparse import csc_array
+
+    if not isinstance(value, dict):
+        return value
+    if "x" in value:
+        return value["x"]
+    try:
+        rows, columns = shape = int(value["_shape"][0]), int(value["_shape"][1])
+        if rows * columns * 8 > MAX_UNPACKED:
+            raise ValueError(f"a matrix of shape {shape}")
+        matrix = csc_array((np.asarray(value["data"], dtype=float), value["indices"], value["indptr"]), shape=shape)
+        matrix.check_format()
+        return matrix.toarray()
+    except (KeyError, TypeError, ValueError) as e:
+        raise ClipError(raw.name, found=f"a sparse matrix that is none ({e})", expected="one of columns") from e

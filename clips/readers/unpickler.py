@@ -15,7 +15,7 @@ import pickle
 import re
 import zlib
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -56,14 +56,19 @@ OPENERS: dict[bytes, Callable[[io.BytesIO], Any]] = {
 }
 
 
-def load(raw: RawFile) -> Any:
+def load(raw: RawFile, *, held: Collection[tuple[str, str]] = ()) -> Any:
     """Unpickle plain data; joblib's compressed and array-appending form too.
+
+    Args:
+        raw: the file.
+        held: classes (module, name) whose objects are kept as the dictionaries that they consist of; files that have such are
+            of Python 2, whose text and bytes are one.
 
     Raises:
         ClipError: the pickle names anything but numpy arrays and plain containers, or is broken.
     """
     try:
-        content, _ = _plain(_plain_unpickler(raw).load(), {})
+        content, _ = _plain(_plain_unpickler(raw, held).load(), {})
         return content
     except ClipError:
         raise
@@ -71,7 +76,7 @@ def load(raw: RawFile) -> Any:
         raise ClipError(raw.name, found=f"a broken pickle ({e})", expected="a whole one") from e
 
 
-def _plain_unpickler(raw: RawFile) -> Any:
+def _plain_unpickler(raw: RawFile, held: Collection[tuple[str, str]]) -> Any:
     """joblib's unpickler with rebuilders of our own: numpy's trust the state they are given, down to a crash."""
     from joblib import numpy_pickle
 
@@ -96,6 +101,9 @@ def _plain_unpickler(raw: RawFile) -> Any:
         **{(module, "_frombuffer"): _from_buffer for module in _NUMERIC},
         **dict(torch_pickle.REBUILDERS),
     }
+    if held:
+        python2 = {("copy_reg", "_reconstructor"): lambda kind, *_: kind(), ("__builtin__", "object"): _NDARRAY}
+        rebuilders |= {name: _Held for name in held} | python2
 
     class Plain(numpy_pickle.NumpyUnpickler):  # type: ignore[misc]
         """Refuses every name that is not on the list before it is called."""
@@ -115,17 +123,33 @@ def _plain_unpickler(raw: RawFile) -> Any:
             if isinstance(thing, ArrayOnly):
                 thing.__dict__.update({k: _plain(v, {})[0] for k, v in state.items()})
                 self.stack[-1] = thing.read(self, ensure_native_byte_order=True)
-            elif isinstance(thing, (_Type, _Array)):
+            elif isinstance(thing, (_Type, _Array, _Held)):
                 thing.take(state)
             else:
                 raise ClipError(raw.name, found=f"a state for a {type(thing).__name__}", expected="plain containers")
 
         dispatch: ClassVar[Any] = numpy_pickle.NumpyUnpickler.dispatch | {pickle.BUILD[0]: load_build}
 
-    return Plain(str(raw.path), io.BytesIO(_unpacked(raw)), ensure_native_byte_order=True)
+    plain = Plain(str(raw.path), io.BytesIO(_unpacked(raw)), ensure_native_byte_order=True)
+    if held:
+        plain.encoding = "latin1"
+    return plain
 
 
 _NDARRAY = object()  # stands for the class, which a pickle may name but not call
+
+
+class _Held:
+    """An object of which only the state is wanted."""
+
+    def __init__(self) -> None:
+        self.state: Mapping[str, Any] = {}
+
+    def take(self, state: Any) -> None:
+        """The dictionary that it consists of."""
+        if not isinstance(state, Mapping):
+            raise ValueError("a state that is no dictionary")
+        self.state = state
 
 
 class _Type:
@@ -162,6 +186,7 @@ class _Array:
                 raise ValueError("an array of Python objects")
             self.array = data[0]
             return
+        data = data.encode("latin1") if isinstance(data, str) else data  # Python 2's bytes
         if not isinstance(kind, _Type) or not isinstance(data, bytes):
             raise ValueError("an array of objects")
         self.array = np.frombuffer(data, kind.dtype).reshape(shape, order="F" if fortran else "C")
@@ -190,6 +215,8 @@ def _plain(value: Any, done: dict[int, tuple[Any, int]]) -> tuple[Any, int]:
         return done[id(value)]
     if isinstance(value, _Array) and not isinstance(value.array, ndarray):
         return _plain(value.array, done)
+    if isinstance(value, _Held):
+        return _plain(value.state, done)
     if isinstance(value, (_Array, _Type)):
         return (value.array if isinstance(value, _Array) else value.dtype), 1
     out, count = value, 1

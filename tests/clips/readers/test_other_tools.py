@@ -1,8 +1,14 @@
 """Files of the field's other tools: one dance, written eighteen ways, comes back the same; what is no such file is refused."""
 
+import io
 import json
+import pathlib
 import pickle
+import struct
+import sys
+import types
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import other_tools as tools
@@ -10,6 +16,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from clips import ClipError, ReadOptions, clips_in, read_clip
+from clips.readers.body_model import joints_at_rest
 from clips.readers.smpl import _JOINTS, _MEAN
 from clips.readers.torch_pickle import load_storage, rebuild_tensor
 from robot_models import load_robot
@@ -322,12 +329,61 @@ def test_a_users_body_model_gives_the_bones_their_lengths(dance, tmp_path):
     thigh = [np.linalg.norm(c.point("left_hip") - c.point("left_knee"), axis=1).mean() for c in (mean, shaped)]
     assert np.isclose(thigh[1], 1.2 * thigh[0]) and np.isclose(shaped.height, 1.2 * mean.height)
     assert any(f.what == "skeleton" and "female" in f.why for f in shaped.source.findings)
-    (tmp_path / "model.pkl").write_bytes(b"\x80\x02}.")
-    with pytest.raises(ClipError, match=r"no \.npz"):
-        read_clip(tmp_path / "x.npz", ReadOptions(body_model=str(tmp_path / "model.pkl")))
+    (tmp_path / "empty.pkl").write_bytes(b"\x80\x02}.")
+    with pytest.raises(ClipError, match=r"no J_regressor, v_template, shapedirs"):
+        read_clip(tmp_path / "x.npz", ReadOptions(body_model=str(tmp_path / "empty.pkl")))
     np.savez(tmp_path / "none.npz", v_template=np.zeros((3, 3)))
     with pytest.raises(ClipError, match="no J_regressor"):
         read_clip(tmp_path / "x.npz", ReadOptions(body_model=str(tmp_path / "none.npz")))
+
+
+class _Python2(pickle._Pickler):
+    """A pickler whose bytes are Python 2's text, as in the files of SMPL's makers."""
+
+    def save_bytes(self, obj):
+        self.write(pickle.BINSTRING + struct.pack("<i", len(obj)) + obj)
+
+    dispatch: ClassVar = pickle._Pickler.dispatch | {bytes: save_bytes}
+
+
+def makers_pickle(path, arrays, monkeypatch, **changed):
+    """A model as its makers pickle it: chumpy's variables, a sparse regressor, and what else a body has."""
+    from scipy.sparse import csc_matrix
+
+    chumpy = types.ModuleType("chumpy.ch")
+    chumpy.Ch = type("Ch", (), {"__module__": "chumpy.ch"})
+    monkeypatch.setitem(sys.modules, "chumpy.ch", chumpy)
+    monkeypatch.setitem(sys.modules, "chumpy", types.ModuleType("chumpy"))
+    directions = chumpy.Ch()
+    directions.__dict__ = {"x": arrays["shapedirs"], "_dirty_vars": [], "_itr": None}
+    whole = {
+        "J_regressor": csc_matrix(arrays["J_regressor"]),
+        "v_template": arrays["v_template"],
+        "shapedirs": directions,
+    }
+    stream = io.BytesIO()
+    _Python2(stream, protocol=2).dump(whole | {"bs_style": "lbs", "f": np.zeros((4, 3), dtype=np.uint32)} | changed)
+    path.write_bytes(stream.getvalue().replace(b"scipy.sparse._csc", b"scipy.sparse.csc"))
+
+
+def test_a_body_model_in_its_makers_pickle_is_the_same_model_and_nothing_of_it_is_run(tmp_path, monkeypatch):
+    body_model(tmp_path / "model.npz")
+    with np.load(tmp_path / "model.npz") as file:
+        arrays = dict(file)
+    makers_pickle(tmp_path / "model.pkl", arrays, monkeypatch)
+    monkeypatch.undo()
+    betas = np.array([2.0, 1.0])
+    np.testing.assert_array_equal(
+        joints_at_rest(tmp_path / "model.pkl", betas), joints_at_rest(tmp_path / "model.npz", betas)
+    )
+    makers_pickle(tmp_path / "evil.pkl", arrays, monkeypatch, v_template=pathlib.PurePosixPath("/"))
+    with pytest.raises(ClipError, match="wants to call pathlib"):
+        joints_at_rest(tmp_path / "evil.pkl", betas)
+    data = (tmp_path / "model.pkl").read_bytes()
+    for damaged in (data[:-40], data.replace(b"indptr", b"indpro"), data.replace(b"_shape", b"_shade")):
+        (tmp_path / "bad.pkl").write_bytes(damaged)
+        with pytest.raises(ClipError, match="broken pickle|sparse matrix that is none"):
+            joints_at_rest(tmp_path / "bad.pkl", betas)
 
 
 @pytest.mark.parametrize("first", ["position", "quaternion"])

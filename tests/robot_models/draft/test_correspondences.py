@@ -27,6 +27,8 @@ TABLE = {  # pelvis, torso; left hip, knee, foot; left shoulder, elbow, wrist
                LINK_SHOULDER_YAW_L LINK_ELBOW_PITCH_L LINK_ELBOW_YAW_L""",
     "h1": """pelvis torso_link left_hip_roll_link left_knee_link left_ankle_link
              left_shoulder_roll_link left_elbow_link left_elbow_link""",
+    "h1_2": """pelvis torso_link left_hip_roll_link left_knee_link left_ankle_roll_link
+               left_shoulder_yaw_link left_elbow_link left_wrist_yaw_link""",
     "hi": "base_link waist_link l_hip_roll_link l_calf_link l_ankle_roll_link l_shoulder_roll_link l_elbow_link l_wrist_link",
     "kuavo": "base_link base_link leg_l3_link leg_l4_link leg_l6_link zarm_l2_link zarm_l4_link zarm_l7_link",
 }
@@ -38,6 +40,22 @@ def model_file(name, folder):
         return ASSETS / f"{name}.xml"
     (folder / f"{name}.xml").write_text(mjcf(name))
     return folder / f"{name}.xml"
+
+
+def with_hands(folder):
+    """H1-2 with a hand of four fingers and a thumb on each wrist, called as its maker's hands are."""
+    spec = mujoco.MjSpec.from_file(str(ASSETS / "h1_2.xml"))
+    for side, wrist, y in (("L", "left_wrist_yaw_link", 1.0), ("R", "right_wrist_yaw_link", -1.0)):
+        for k, finger in enumerate(("thumb", "index", "middle", "ring", "pinky")):
+            body, place = spec.body(wrist), [0.12, y * (0.03 - 0.015 * k), 0.0]
+            for part in ("proximal", "intermediate", "distal"):
+                body = body.add_body(
+                    name=f"{side}_{finger}_{part}", pos=place, mass=0.01, ipos=[0.015, 0, 0], inertia=[1e-6] * 3
+                )
+                body.add_joint(name=f"{side}_{finger}_{part}_joint", axis=[0, 1, 0], range=[0.0, 1.7], limited=True)
+                place = [0.03, 0.0, 0.0]
+    (folder / "with_hands.xml").write_text(spec.to_xml())
+    return folder / "with_hands.xml"
 
 
 def agree(model, data, one, other):
@@ -62,6 +80,18 @@ def test_drafts_find_the_bodies_that_another_laboratory_chose(name, tmp_path):
     model, data = posed(path)
     elsewhere = {k: (drafted[k], theirs[k]) for k in LANDMARKS if not agree(model, data, drafted[k], theirs[k])}
     assert not elsewhere, elsewhere
+
+
+def test_fingers_are_no_wrists(tmp_path):
+    """What went wrong once: the wrist of H1-2 with hands was a link of a finger."""
+    out = tmp_path / "r.toml"
+    out.write_text(draft_profile(with_hands(tmp_path), "r", out).text)
+    drafted = read_profile(out)
+    assert (
+        drafted.landmarks["left_wrist"] == "left_wrist_yaw_link"
+        and drafted.landmarks["left_elbow"] == "left_elbow_link"
+    )
+    assert len(drafted.freeze) == 30
 
 
 def test_an_upper_arm_is_no_elbow_of_that_table(tmp_path):
