@@ -18,6 +18,7 @@ _OFF_FLIGHT_M = 0.03  # of a flight's rise from gravity's that is worth a line
 _LONGEST_FLIGHT_S = 0.8  # beyond it feet hover, which a gate tells
 _LIKELY = 80.0, 160.0  # beats a minute; what is found elsewhere may be half or twice the tempo
 _EASE = 0.95  # of the speed at which a limit would just hold
+_SLOWEST = 0.25  # of the pace, below which another robot is meant, or a mistaken profile
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,6 +198,10 @@ def _cure(cure: Cure, diagnosis: Diagnosis, dance: Danced, args: Arguments) -> t
     if cure.help == "slower":
         power = 0.5 if metric.key is MetricKey.ACCELERATION_SHARE else 1.0
         speed = args.speed * _EASE * (float(metric.limit or 1.0) / metric.value) ** power
+        if speed < _SLOWEST:
+            return "no pace is slow enough for these motors: what does its profile say of them?", line(
+                "dance-robot", "check", args.robot
+            )
         return ("slower", again({"--speed": f"{speed:.2f}"})) if speed < args.speed else None
     if cure.help == "feet carry":
         return "make its way from the feet that stand", again({"--travel": "from-feet"})

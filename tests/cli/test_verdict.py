@@ -6,6 +6,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from any_pose import dancer_xml, profiled
 from conftest import SAMPLES
 from rich.console import Console
 
@@ -122,6 +123,18 @@ def test_a_missed_gate_says_when_and_proposes_commands_that_can_be_typed(strict_
         words = shlex.split(line)[1:]
         assert words.count("--speed") == 1
         tyro.cli(Arguments, args=words, config=(tyro.conf.OmitArgPrefixes,))
+
+
+def test_motors_that_no_pace_is_slow_enough_for_are_not_told_to_be_slowed(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    lame = profiled(tmp_path, dancer_xml(), ('".*" = 20.0\n', '".*" = 0.02\n'))
+    assert main([str(SAMPLES / "groove.bvh"), "--robot", lame, "--end", "3"]) == 1
+    said = capsys.readouterr().out
+    assert (
+        "--speed" not in said
+        and f"no pace is slow enough for these motors: what does its profile say of them?: dance-robot check {lame}"
+        in said
+    )
 
 
 def test_the_recording_of_a_missed_gate_has_its_lane_its_list_and_no_passing_one_has(

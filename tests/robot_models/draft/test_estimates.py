@@ -75,6 +75,11 @@ def test_what_the_file_says_is_taken_and_not_called_a_guess(tmp_path, dancer):
     bare = estimate_servos(*unprofiled(tmp_path)[:1], HEIGHT, tmp_path / "r.xml")
     assert {"effort", "velocity"} <= bare.guessed
     assert any(n.startswith("effort: none in the file for left_hip_yaw, ") for n in bare.notes)
+    effort, kp = bare.tables["effort"], bare.tables["kp"]
+    weight = 9.81 * float(dancer.model.body_subtreemass[1])
+    for name in ("left_shoulder_pitch", "left_elbow", "left_wrist_yaw"):  # holds an arm out, as a third of kp does not
+        assert effort[name] >= max(1.5 * kp[name], 0.027 * weight * HEIGHT)
+    assert effort["left_knee"] == pytest.approx(0.3 * kp["left_knee"], rel=0.05)
     armed = unprofiled(
         tmp_path, ('name="left_knee" axis', 'armature="0.123" actuatorfrcrange="-77 77" name="left_knee" axis')
     )
