@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _LIGHTER = 0.5  # of the other branch's mass: whose joints go; two arms that are tied are no linkage
 _NIL = 1e-6
+_MOST_TIES = 200  # a robot with rods in ankles, knees, waist and fingers has sixty
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,14 +38,14 @@ def make_serial(spec: mujoco.MjSpec) -> Linkage:
     """Weld cranks, rods and gear wheels where they stand and let the joints that they move have the motors' torques.
 
     Args:
-        spec: a model with its ties and motors; without the ties afterwards. One that MuJoCo does not compile, or that has no
-            motors, only loses its ties.
+        spec: a model with its ties and motors; without the ties afterwards. One that MuJoCo does not compile, that has no motors,
+            or more ties than any robot, only loses them.
     """
     words = [f"{e.name1} and {e.name2 or 'its place'} by an equality" for e in spec.equalities]
     driven: dict[str, tuple[str, ...]] = {}
     pairs: list[tuple[str, str]] = []
     done: set[int] = set()
-    model = _compiled(spec) if spec.equalities and spec.actuators else None
+    model = _compiled(spec) if 0 < len(words) <= _MOST_TIES and spec.actuators else None
     if model is not None:
         tops, by_joint, light = _followers(model)
         driven, pairs = _hand_over(spec, model, by_joint, np.flatnonzero(light), np.flatnonzero(~light))
