@@ -88,7 +88,7 @@ class TeacherTrainer(Trainer):
         t = self.teacher
         part = t.disturbance(steps)
         self.task.disturb(part, part)
-        self.algorithm.lam = t.lam.at(steps)
+        self.algorithm.gamma, self.algorithm.lam = t.gamma.at(steps), t.lam.at(steps)
         self.algorithm.entropy_coef = t.ppo.entropy * max(0.0, 1.0 - steps / t.entropy_until)
         std = t.std.at(steps)
         self.std_range = (std / t.std_slack, std * t.std_slack)
@@ -101,10 +101,13 @@ class TeacherTrainer(Trainer):
         return TensorDict(groups, batch_size=[self.task.envs], device=self.task.physics.device)
 
     def _make_algorithm(self) -> Any:
-        return make_algorithm(
+        algorithm = make_algorithm(
             self._observe(), self.task, self.config, self.team, make_actor=teacher_network(self.task),
             make_critic=HalfPrecisionCritic, critic_sees=("policy", "privileged"), critic_hidden=self.teacher.critic_hidden,
         )  # fmt: skip
+        rates = ((algorithm.actor, algorithm.learning_rate), (algorithm.critic, self.teacher.critic_rate))
+        algorithm.optimizer = torch.optim.Adam([{"params": list(net.parameters()), "lr": rate} for net, rate in rates])
+        return algorithm
 
 
 def teacher_actions(actor: SymmetricActor, seen: Float[Array, "N T"]) -> Float[Array, "N J"]:

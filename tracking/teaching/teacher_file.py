@@ -88,7 +88,23 @@ def restore_teacher(trainer: TeacherTrainer, teacher: Teacher) -> None:
         TrackingError: another robot's, or one that sees other things.
     """
     _check(teacher, trainer.task)
-    trainer.algorithm.load(teacher.state, None if teacher.can_learn else {"actor": True}, strict=True)
+    algorithm = trainer.algorithm
+    if not teacher.can_learn:
+        algorithm.load(teacher.state, {"actor": True}, strict=True)
+        return
+    of_actor = len(list(algorithm.actor.parameters()))
+    algorithm.load(teacher.state | {"optimizer_state_dict": _by_network(teacher.state, of_actor)}, None, strict=True)
+    algorithm.optimizer.param_groups[1]["lr"] = trainer.teacher.critic_rate
+
+
+def _by_network(state: dict[str, Any], of_actor: int) -> dict[str, Any]:
+    """The optimiser's state with a group for the actor and one for the critic; files before 0.2 have one for both."""
+    optimiser: dict[str, Any] = state["optimizer_state_dict"]
+    if len(optimiser["param_groups"]) > 1:
+        return optimiser
+    (group,) = optimiser["param_groups"]
+    both = [group | {"params": part} for part in (group["params"][:of_actor], group["params"][of_actor:])]
+    return optimiser | {"param_groups": both}
 
 
 def teacher_actor(teacher: Teacher, task: TrackingTask) -> SymmetricActor:

@@ -136,8 +136,7 @@ class Trainer:
         """
         factor = np.clip(wanted / max(divergence, 1e-9), *self.config.rate_steps)
         self.algorithm.learning_rate = float(np.clip(self.algorithm.learning_rate * factor, *self.config.rate_range))
-        for group in self.algorithm.optimizer.param_groups:
-            group["lr"] = self.algorithm.learning_rate
+        self.algorithm.optimizer.param_groups[0]["lr"] = self.algorithm.learning_rate  # a second group is a critic's
 
     def _make_algorithm(self) -> Any:
         return make_algorithm(self._observe(), self.task, self.config, self.team)

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+import torch
 
 pytest.importorskip("torch")
 
@@ -43,10 +44,13 @@ def test_a_mirrored_state_is_answered_with_the_mirrored_action(trainer, rng):
 
 def test_the_schedule_follows_the_steps_whatever_finishes(trainer):
     early, _, late = (
-        trainer.iterate_at(steps) for steps in (0, 12_000_000, 12_000_000)
+        trainer.iterate_at(steps) for steps in (0, 14_000_000, 14_000_000)
     )  # a rule holds from the next on
     assert early.steps == late.steps == 8 * 6
-    assert trainer.algorithm.lam == pytest.approx(0.7) and trainer.algorithm.entropy_coef == 0.0
+    assert (trainer.algorithm.gamma, trainer.algorithm.lam) == pytest.approx((0.99, 0.95))
+    assert trainer.algorithm.entropy_coef == 0.0
+    actor, critic = (group["lr"] for group in trainer.algorithm.optimizer.param_groups)
+    assert actor == trainer.algorithm.learning_rate and critic == SMALL.critic_rate
     assert late.std <= 0.12 * SMALL.std_slack + 1e-6 < early.std
     assert trainer.task.pushes.strength == 1.0
 
@@ -71,6 +75,22 @@ def test_a_saved_teacher_goes_on_where_it_stopped(trainer, dancer, groove_file, 
     assert (tmp_path / "small.pt").stat().st_size < 0.5 * (tmp_path / "teacher.pt").stat().st_size
     restore_teacher(again, load_teacher(tmp_path / "small.pt"))
     task.close()
+
+
+def test_an_older_file_whose_networks_had_one_rate_goes_on_with_two(trainer, tmp_path):
+    trainer.iterate_at(0)
+    save_teacher(tmp_path / "teacher.pt", trainer, 48)
+    told = torch.load(tmp_path / "teacher.pt", weights_only=True)
+    actor, critic = told["algorithm"]["optimizer_state_dict"]["param_groups"]
+    both = actor | {"params": actor["params"] + critic["params"]}
+    told["algorithm"]["optimizer_state_dict"]["param_groups"] = [both]
+    torch.save(told, tmp_path / "old.pt")
+    moments = [s["exp_avg"].clone() for s in trainer.algorithm.optimizer.state.values()]
+    restore_teacher(trainer, load_teacher(tmp_path / "old.pt"))
+    actor, critic = trainer.algorithm.optimizer.param_groups
+    assert actor["lr"] == both["lr"] == trainer.algorithm.learning_rate and critic["lr"] == SMALL.critic_rate
+    now = [trainer.algorithm.optimizer.state[p]["exp_avg"] for group in (actor, critic) for p in group["params"]]
+    assert all(torch.equal(a, b) for a, b in zip(now, moments, strict=True))
 
 
 def test_what_is_no_teacher_of_this_robot_is_refused(trainer, tmp_path):
