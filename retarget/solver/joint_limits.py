@@ -100,7 +100,10 @@ def joint_limits(robot: RobotModel, frames: int, fps: float, config: WholeClipCo
 def project(
     limits: list[JointLimit], joints: Float[ndarray, "T J"], reach: int, config: WholeClipConfig = WholeClipConfig()
 ) -> Float[ndarray, "T J"]:
-    """The nearest motion within all bounds, changed smoothly; only frames within `reach` of a broken one change."""
+    """The nearest motion within all bounds, changed smoothly; only frames within `reach` of a broken one change.
+
+    Where none was found, for motors that are too weak by far, joints stop at the ends of their ranges all the same.
+    """
     broken = np.any([b.touched(b.violation(joints)) for b in limits], axis=0)
     if not broken.any():
         return joints
@@ -114,6 +117,9 @@ def project(
             break
     out = np.array(joints)
     out[frames] += step
+    if not settled:
+        for ends in (limit for limit in limits if limit.order == 0):
+            out = np.clip(out, ends.lower, ends.upper)
     return out
 
 

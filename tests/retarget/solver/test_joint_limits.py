@@ -43,6 +43,13 @@ def test_what_was_brought_inside_is_left_alone_the_second_time(rng):
     np.testing.assert_array_equal(project(limits(40), once, 12), once)
 
 
+def test_no_motion_leaves_the_ranges_whatever_the_motors_cannot_do(rng):
+    lame = limits(40, speed=0.05, turn=1e-4)
+    led = project(lame, 3.0 * wild(rng), 40)
+    assert lame[2].violation(led).any()  # the control: nothing that these motors can do was found
+    assert not lame[0].violation(led).any()
+
+
 def test_the_nearest_motion_is_the_one_that_another_solver_finds(rng):
     """A step, small and with small third differences, that keeps all rows: a quadratic program for daqp."""
     import daqp
