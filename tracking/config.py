@@ -142,6 +142,8 @@ class TaskConfig(_Checked):
     observation_noise: ObservationNoise = field(default_factory=ObservationNoise)
     randomisation: RandomisationConfig = field(default_factory=RandomisationConfig)
     look_ahead: tuple[int, ...] = (1, 5)  # reference frames that the actor is shown
+    # Whether it is shown how the reference's root travels and how high it is there: what joint angles alone do not tell.
+    root_ahead: bool = False
     # Earlier control periods whose measurements the actor is shown again. On g1 two of them slowed learning by a
     # quarter; with delays beyond one control period they should pay.
     look_back: tuple[int, ...] = ()

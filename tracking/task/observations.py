@@ -98,6 +98,8 @@ def actor_table(
     look_ahead: tuple[int, ...],
     look_back: tuple[int, ...],
     to_device: Callable[[ndarray], Array] = np.asarray,
+    *,
+    root_ahead: bool = False,
 ) -> ObservationTable:
     """What a robot can know: the reference, its IMU, its encoders and its own last action."""
     j, default = len(robot.joint_names), to_device(robot.default_joint_pos)
@@ -106,6 +108,12 @@ def actor_table(
         terms += [
             (row_of("reference_joint_pos", j, at=ahead), partial(_ahead, tables, tables.joint_pos - default, ahead)),
             (row_of("reference_joint_vel", j, at=ahead, scale=0.1), partial(_ahead, tables, tables.joint_vel, ahead)),
+        ]
+    for ahead in look_ahead if root_ahead else ():
+        travel = rot.rotate(rot.conjugate(tables.qpos[:, 3:7]), tables.qvel[:, :3])[:, :2]
+        terms += [
+            (row_of("reference_planar_velocity", 0, at=ahead), partial(_ahead, tables, travel, ahead)),
+            (row_of("reference_root_height", 0, at=ahead), partial(_ahead, tables, tables.qpos[:, 2:3], ahead)),
         ]
     terms += [
         (row_of("anchor_orientation", j, noise=noise.orientation), lambda s: _anchor_orientation(s, tables)),

@@ -90,7 +90,9 @@ class TrackingTask:
             if self.focus
             else ResetSampler(tables, self.dt, c.starts, weights, to_device)
         )
-        self.actor = actor_table(robot, self.tables, c.observation_noise, c.look_ahead, c.look_back, to_device)
+        self.actor = actor_table(
+            robot, self.tables, c.observation_noise, c.look_ahead, c.look_back, to_device, root_ahead=c.root_ahead
+        )
         self.privileged = privileged_table(self.tables)
         self.frame = to_device(np.zeros(self.envs, dtype=int))
         self.last_action = to_device(np.zeros((self.envs, self.actions)))

@@ -27,7 +27,7 @@ STRAIGHT = np.tile(rot.IDENTITY, (5, 1))
 @pytest.fixture(scope="module")
 def task(dancer):
     config = TaskConfig(
-        randomisation=RandomisationConfig(push_every=(0.02, 0.06)), look_back=BACK, look_ahead=(0, 1, 5)
+        randomisation=RandomisationConfig(push_every=(0.02, 0.06)), look_back=BACK, look_ahead=(0, 1, 5), root_ahead=True
     )
     made = TrackingTask(robot=dancer, reference=load_reference(FILE, dancer), envs=5, config=config, seed=2, threads=1)
     made.reset(np.arange(5), np.array([70, 200, 333, 480, made.tables.frames - 8]))
@@ -208,6 +208,8 @@ def test_noise_is_on_noisy_rows_alone_within_its_width_and_fills_it(task):
     assert {r.kind for r in task.actor.rows if not r.noise} == {
         "reference_joint_pos",
         "reference_joint_vel",
+        "reference_planar_velocity",
+        "reference_root_height",
         "last_action",
     }
 
