@@ -75,7 +75,8 @@ def test_a_runner_that_does_anything_else_is_found_out(reference, broken):
 
 
 def test_sensors_lead_to_the_observation_of_the_simulation_whatever_the_heading(reference, rng):
-    robot, config = load_robot("dancer"), TaskConfig(randomisation=RandomisationConfig(enabled=False), look_back=(1, 2), root_ahead=True)
+    quiet = RandomisationConfig(enabled=False)
+    robot, config = load_robot("dancer"), TaskConfig(randomisation=quiet, look_back=(1, 2), root_ahead=True)
     task = TrackingTask(robot=robot, reference=reference, envs=6, config=config, threads=1)
     told = dataclasses.replace(read_contract(FOLDER / "contract.json"), observation=task.actor.rows)
     one = Runner(told, lambda seen: np.zeros((len(seen), 28)), motion_of(reference, told))

@@ -27,7 +27,10 @@ STRAIGHT = np.tile(rot.IDENTITY, (5, 1))
 @pytest.fixture(scope="module")
 def task(dancer):
     config = TaskConfig(
-        randomisation=RandomisationConfig(push_every=(0.02, 0.06)), look_back=BACK, look_ahead=(0, 1, 5), root_ahead=True
+        randomisation=RandomisationConfig(push_every=(0.02, 0.06)),
+        look_back=BACK,
+        look_ahead=(0, 1, 5),
+        root_ahead=True,
     )
     made = TrackingTask(robot=dancer, reference=load_reference(FILE, dancer), envs=5, config=config, seed=2, threads=1)
     made.reset(np.arange(5), np.array([70, 200, 333, 480, made.tables.frames - 8]))
