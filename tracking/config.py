@@ -209,6 +209,7 @@ class TeacherConfig(_Checked):
     critic_hidden: tuple[int, ...] = (256, 128)
     physics_dt: float = 0.01  # half the price of 5 ms; what is learnt at it stands as well at 5 ms [s]
     kl: Ramp = field(default_factory=lambda: Ramp(first=0.18, last=0.01, until=12e6))
+    calm: Ramp = field(default_factory=lambda: Ramp(first=1.0, last=0.4, since=45e6, until=50e6))  # factor on that
     # A short horizon learns to follow sooner and stays there: falls begin a second before. From 39 M steps on, at which 0.97 and
     # 0.7 had long come to rest at 0.26 failures a second, 0.99 and 0.9 came to 0.21 within three million.
     gamma: Ramp = field(default_factory=lambda: Ramp(first=0.97, last=0.99, since=12e6, until=14e6))
@@ -219,7 +220,9 @@ class TeacherConfig(_Checked):
     entropy_until: float = 3e6  # control steps
     disturbed: tuple[float, float] = _range(4e6, 9e6)  # while start noise, delays and pushes grow from nothing
     ppo: PpoConfig = field(
-        default_factory=lambda: PpoConfig(epochs=2, minibatches=4, episode_s=5.0, hidden=(512, 256), lam=0.85)
+        default_factory=lambda: PpoConfig(
+            epochs=2, minibatches=4, episode_s=5.0, hidden=(512, 256), lam=0.85, rate_range=(4e-6, 2e-3)
+        )
     )
     starts: StartConfig = field(default_factory=lambda: StartConfig(opening=0.1, failed=0.45))
 

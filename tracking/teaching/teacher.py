@@ -92,7 +92,7 @@ class TeacherTrainer(Trainer):
         self.algorithm.entropy_coef = t.ppo.entropy * max(0.0, 1.0 - steps / t.entropy_until)
         std = t.std.at(steps)
         self.std_range = (std / t.std_slack, std * t.std_slack)
-        return self.iterate(kl or t.kl.at(steps))
+        return self.iterate(kl or t.kl.at(steps) * t.calm.at(steps))
 
     def _observe(self) -> TensorDict:
         # With a pupil's noise: what acts on exact joint velocities cannot be learnt from by one whose own are noisy.
