@@ -16,7 +16,7 @@ import numpy as np
 
 from clips import MetricKey, is_reference
 from robot_models import RobotModel, load_robot
-from tracking import DistillationConfig, PpoConfig, TaskConfig, TeacherConfig, TrainConfig
+from tracking import DistillationConfig, TeacherConfig, TrainConfig
 from tracking.evaluation import Standing
 from tracking.task import NamedReference, read_named_reference, read_rehearsal_set, write_rehearsal_set
 from tracking.teaching import (
@@ -29,8 +29,6 @@ from tracking.teaching import (
     teaching_task,
 )
 
-# What follows any dance has to know how its root travels, and to feel from what it measured before how its own does.
-PUPIL_SEES = TaskConfig(root_ahead=True, look_back=(1, 2, 4, 8))
 MOST_IMPOSSIBLE = 30.0  # per cent of frames that physics does not allow, beyond which a reference teaches nothing
 
 
@@ -60,12 +58,7 @@ def main() -> None:
         write_rehearsal_set(args.folder / "rehearsal.npz", learnt, args.credits)
         return
     if args.pupil:
-        lessons = TrainConfig(
-            threads=1,
-            task=PUPIL_SEES,
-            ppo=PpoConfig(hidden=(512, 256)),
-            distillation=DistillationConfig(samples=args.pupil),
-        )
+        lessons = TrainConfig(threads=1, distillation=DistillationConfig(samples=args.pupil))
         teach_tracker(file, robot, learnt, args.folder / "tracker", lessons, progress=_told_now_and_then)
         return
     task = teaching_task(robot, [p.reference for p in learnt], config, seed=int(time.time()) % 10_000)

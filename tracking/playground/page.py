@@ -23,8 +23,11 @@ from tracking.playground.network import layers_of
 from tracking.policy import GOLDEN, POLICY, TOLERANCE, Bundle, read_golden
 
 BUILT = Path(__file__).parent / "built"
+_TABLES = ("joint_pos", "joint_vel", "anchor_quat", "root_quat", "root_pos", "root_lin_vel", "targets")  # of the motion
+_SENSED = ("gyro", "joint_pos", "joint_vel")  # what the page remembers
 _KINDS = (
-    "reference_joint_pos", "reference_joint_vel", "anchor_orientation", "last_action", "gyro", "joint_pos", "joint_vel",
+    "reference_joint_pos", "reference_joint_vel", "reference_planar_velocity", "reference_root_height", "anchor_orientation",
+    "last_action", *_SENSED,
 )  # fmt: skip
 
 
@@ -71,16 +74,19 @@ def _told(bundle: Bundle) -> dict[str, Any]:
     """Everything that the page computes with."""
     contract, motion, robot, reference = bundle.contract, bundle.runner.motion, bundle.robot, bundle.reference
     rows = contract.observation
-    others = sorted({row.kind for row in rows if row.kind not in _KINDS or row.zeroed})
-    if others or min(row.at for row in rows) < 0:
+    others = sorted(
+        {row.kind for row in rows if row.kind not in _KINDS or row.zeroed or (row.at < 0 and row.kind not in _SENSED)}
+    )
+    if others or contract.position_gain > 0.0:
         raise TrackingError(
-            "policy", found=f"an observation of {', '.join(others) or 'the past'}", expected=f"{', '.join(_KINDS)}, as of now",
+            "policy", found=f"an observation of {', '.join(others) or 'its place'}",
+            expected=f"{', '.join(_KINDS)}, and of the past {', '.join(_SENSED)}",
             cure="show it with dance-view, where Python computes it",
         )  # fmt: skip
     task = TaskConfig()
     model = training_model(robot, task.physics_dt)
     order = [robot.joint(name) for name in contract.joint_names]
-    tables = {name: getattr(motion, name) for name in ("joint_pos", "joint_vel", "anchor_quat", "root_quat", "targets")}
+    tables = {name: getattr(motion, name) for name in _TABLES}
     places = {name: model.body(name).id for name in robot.body_names}
     golden = bundle.folder / GOLDEN
     return {

@@ -44,6 +44,19 @@ from tracking.training import (
 _SAVE_EVERY = 100_000  # labels between two checkpoints, at most: a minute or two; counted, so that runs repeat
 
 
+def as_pupils_see(config: TrainConfig) -> TrainConfig:
+    """What a teacher of ours knows exactly, shown to its pupil as far as a robot can tell; as stated, where anything of it is.
+
+    How the reference's root travels, and what was measured before, from which it can feel how fast it goes itself.
+    """
+    plain = TrainConfig()
+    if (config.task.look_back, config.task.root_ahead) != (plain.task.look_back, plain.task.root_ahead):
+        return config
+    task = replace(config.task, root_ahead=True, look_back=(1, 2, 4, 8))
+    hidden = (512, 256) if config.ppo.hidden == plain.ppo.hidden else config.ppo.hidden
+    return replace(config, task=task, ppo=replace(config.ppo, hidden=hidden))
+
+
 def teach(
     robot: RobotModel,
     pieces: Sequence[NamedReference],
@@ -79,6 +92,7 @@ def teach(
             teacher = focused if focused.exists() else teacher
             if run.stopped:
                 return run
+            config = as_pupils_see(config)
         lesson = _lesson(teacher, robot, pieces, folder, config)
         stack.callback(lesson.task.close)
         if going_on:
@@ -119,7 +133,7 @@ def teach_tracker(
         The largest difference between onnxruntime and torch.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    lesson = _lesson(teacher, robot, pieces, folder, config)
+    lesson = _lesson(teacher, robot, pieces, folder, as_pupils_see(config))
     with closing(lesson.task):
         while lesson.samples < lesson.config.samples:
             lesson.iterate()

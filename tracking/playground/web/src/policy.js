@@ -24,6 +24,7 @@ export class Policy {
     Object.assign(this, data); // contract, motion, layers
     this.run = data.layers.map((layer) => LAYERS[layer.kind](layer));
     this.joints = this.contract.default_joint_pos.length;
+    this.memory = 1 + Math.max(...this.contract.observation.map((row) => -Math.min(row.at, 0)));
   }
 
   // Begin at a frame; the heading of now is the motion's.
@@ -31,6 +32,7 @@ export class Policy {
     this.frame = frame;
     this.heading = fromYaw(yawOf(multiply(measured.quat, conjugate(this.row("root_quat", frame, 4)))));
     this.action = new Float32Array(this.joints);
+    this.past = Array(this.memory).fill(measured); // the newest first; before the first there was, for all one knows, the same
   }
 
   row(table, frame, size) {
@@ -52,11 +54,13 @@ export class Policy {
   }
 
   // How each kind of row is computed; what it means stands in the contract.
-  measure(kind, at, measured) {
-    const rest = this.contract.default_joint_pos;
+  measure(kind, at) {
+    const rest = this.contract.default_joint_pos, measured = this.past[-Math.min(at, 0)];
     switch (kind) {
       case "reference_joint_pos": return this.ahead("joint_pos", at, this.joints).map((v, i) => v - rest[i]);
       case "reference_joint_vel": return this.ahead("joint_vel", at, this.joints);
+      case "reference_planar_velocity": return this.ahead("root_lin_vel", at, 3).slice(0, 2);
+      case "reference_root_height": return this.ahead("root_pos", at, 3).slice(2);
       case "anchor_orientation": {
         const wanted = multiply(this.heading, this.ahead("anchor_quat", at, 4));
         return twoColumns(multiply(conjugate(this.anchor(measured)), wanted));
@@ -69,14 +73,15 @@ export class Policy {
     }
   }
 
-  observation(measured) {
+  observation() {
     const rows = this.contract.observation;
-    return Float32Array.from(rows.flatMap((r) => this.measure(r.kind, r.at, measured).map((v) => r.scale * v)));
+    return Float32Array.from(rows.flatMap((r) => this.measure(r.kind, r.at).map((v) => r.scale * v)));
   }
 
   // Servo targets for the control period that begins now; the motion goes on by one frame.
   act(measured) {
-    this.seen = this.observation(measured);
+    this.past = [measured, ...this.past.slice(0, -1)];
+    this.seen = this.observation();
     this.action = this.run.reduce((x, layer) => layer(x), this.seen);
     this.frame = Math.min(this.frame + 1, this.motion.frames - 1);
     const c = this.contract;
