@@ -30,7 +30,7 @@ class Distillation:
         adviser: who knows what to do.
         actor: the pupil, rsl-rl's `MLPModel`.
         config: all numbers.
-        labels: file for what is told, which a resumed run needs; half a kilobyte per label, in half precision.
+        labels: file for what is told, which a resumed run needs; half a kilobyte to one per label, in half precision.
         seed: of who drives and of the batches.
     """
 
