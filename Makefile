@@ -41,11 +41,15 @@ demo: $(VENV)/base
 # As many processes as cores, four at most: each has a robot, a compiler and half a gigabyte.
 WORKERS ?= auto
 PARALLEL := -n $(WORKERS) --maxprocesses 4
+# Rehearsals run in real time: they have the machine to themselves.
+REALTIME := tests/tracking/deploy
 test: $(VENV)/dev
-	$(BIN)/python -m pytest $(PARALLEL) --dist loadfile
+	$(BIN)/python -m pytest $(PARALLEL) --dist loadfile --ignore=$(REALTIME)
+	$(BIN)/python -m pytest $(REALTIME)
 
 test-slow: $(VENV)/dev
-	$(BIN)/python -m pytest $(PARALLEL) -m slow
+	$(BIN)/python -m pytest $(PARALLEL) -m slow --ignore=$(REALTIME)
+	$(BIN)/python -m pytest -m slow $(REALTIME)
 
 # Damaged files at every door: make fuzz MINUTES=60
 MINUTES ?= 1
