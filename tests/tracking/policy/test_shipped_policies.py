@@ -45,7 +45,7 @@ def test_the_shipped_tracker_is_whole_and_dances_what_it_was_not_made_for():
     result = evaluate(
         bundle.runner, bundle.robot, bundle.reference, evaluation_task(TaskConfig()), rollouts=4, seed=3, threads=1
     )
-    assert result.stood_s > 2.0  # zero action: one second
+    assert result.stood_s > 7.0  # of ten, untaught; zero action: one second
     with pytest.raises(TrackingError, match="follows any reference"):
         load_bundle(Path("tracker-g1"))
 
