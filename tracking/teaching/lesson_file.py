@@ -62,4 +62,10 @@ def restore_lesson(run: Run, lesson: Distillation, pieces: Sequence[NamedReferen
     run.steps, run.seconds, run.curves = told["steps"], told["seconds"], told["curves"]
     run.before_s = run.seconds
     run.saved = run.steps
-    lesson.load_state_dict(lesson_state)
+    try:
+        lesson.load_state_dict(lesson_state)
+    except ValueError as e:
+        raise TrackingError(
+            str(path), found=f"a pupil that was shown other things ({e})", expected="one of this release's",
+            cure="begin anew in another folder", option="output",
+        ) from e  # fmt: skip

@@ -160,6 +160,14 @@ def test_the_pupil_that_was_judged_best_is_kept(task, tmp_path):
     np.testing.assert_array_equal(torch_policy(lesson.actor)(seen), best)
 
 
+def test_a_run_whose_pupil_was_shown_other_things_is_refused_when_resumed(tmp_path, teacher, bundle):
+    run(tmp_path / "run", teacher, bundle)
+    piece = read_named_reference(bundle.folder / "reference.npz")
+    more = dataclasses.replace(CONFIG, task=dataclasses.replace(CONFIG.task, look_back=(1,)))
+    with pytest.raises(TrackingError, match="shown other things"):
+        teach(bundle.robot, [piece], tmp_path / "run", teacher, more, resume=True)
+
+
 def test_what_cannot_be_resumed_is_refused(tmp_path, teacher, bundle):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "checkpoint.pt").write_bytes(b"nothing")
