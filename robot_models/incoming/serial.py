@@ -42,23 +42,19 @@ def make_serial(spec: mujoco.MjSpec) -> Linkage:
             or more ties than any robot, only loses them.
     """
     words = [f"{e.name1} and {e.name2 or 'its place'} by an equality" for e in spec.equalities]
-    driven: dict[str, tuple[str, ...]] = {}
-    pairs: list[tuple[str, str]] = []
-    done: set[int] = set()
     model = _compiled(spec) if 0 < len(words) <= _MOST_TIES and spec.actuators else None
-    if model is not None:
-        tops, by_joint, light = _followers(model)
-        driven, pairs = _hand_over(spec, model, by_joint, np.flatnonzero(light), np.flatnonzero(~light))
-        motors = {m for by in driven.values() for m in by}
-        at_work = {b for m in motors for b in _chain(model, int(model.joint(m).bodyid[0]))}
-        done = {tie for tie, top in tops.items() if top in at_work}
-        gone = {tops[tie] for tie in done}
     for equality in list(spec.equalities):
         spec.delete(equality)
-    if model is not None:
-        for body in range(1, model.nbody):
-            if gone & set(_chain(model, body)):
-                _weld(spec, model, model.body(body).name)
+    if model is None:
+        return Linkage(driven={}, pairs=(), left=tuple(words))
+    tops, by_joint, light = _followers(model)
+    driven, pairs = _hand_over(spec, model, by_joint, np.flatnonzero(light), np.flatnonzero(~light))
+    motors = {m for by in driven.values() for m in by}
+    at_work = {b for m in motors for b in _chain(model, int(model.joint(m).bodyid[0]))}
+    done = {tie: top for tie, top in tops.items() if top in at_work}
+    for body in range(1, model.nbody):
+        if set(done.values()) & set(_chain(model, body)):
+            _weld(spec, model, model.body(body).name)
     return Linkage(driven=driven, pairs=tuple(pairs), left=tuple(w for tie, w in enumerate(words) if tie not in done))
 
 

@@ -109,8 +109,8 @@ def actor_table(
             (row_of("reference_joint_pos", j, at=ahead), partial(_ahead, tables, tables.joint_pos - default, ahead)),
             (row_of("reference_joint_vel", j, at=ahead, scale=0.1), partial(_ahead, tables, tables.joint_vel, ahead)),
         ]
+    travel = rot.rotate(rot.conjugate(tables.qpos[:, 3:7]), tables.qvel[:, :3])[:, :2]
     for ahead in look_ahead if root_ahead else ():
-        travel = rot.rotate(rot.conjugate(tables.qpos[:, 3:7]), tables.qvel[:, :3])[:, :2]
         terms += [
             (row_of("reference_planar_velocity", 0, at=ahead), partial(_ahead, tables, travel, ahead)),
             (row_of("reference_root_height", 0, at=ahead), partial(_ahead, tables, tables.qpos[:, 2:3], ahead)),
