@@ -6,11 +6,13 @@ import contextlib
 import os
 import tempfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cli.deploying import Arguments, check, checked, performance_verdict
-from cli.shell import Background, command, make_console, tell
+from cli.judging import followed
+from cli.shell import Background, FileOptions, command, make_console, tell
 
 if TYPE_CHECKING:
     from tracking.deploy import Outlet, Performance, RobotLimits, SongPlayer, Stage, StateReader
@@ -32,6 +34,9 @@ def run(args: Arguments) -> int:
         output = stack.enter_context(sdk_output_aside(folder / "controller.txt"))
         say = Background(make_console(stderr=True) if args.tell.json == Path("-") else make_console(file=output.people))
         stack.callback(say.close)
+        if args.dance is not None:
+            known = followed(args.bundle, args.ref, args.dance, FileOptions(), make_console(stderr=True))
+            args = replace(args, ref=stack.enter_context(known))
         performance = _perform(args, folder / "robot", say, parent)
         say.close()
         rehearsed = Rehearsed.read(folder / "robot", performance) if args.rehearse else None

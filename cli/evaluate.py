@@ -8,16 +8,23 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from cli.evaluating import Arguments, evaluate_each, evaluate_in, rows_of, run_sweep, side_by_side, verdict_of
-from cli.judging import reference_for
+from cli.evaluating import (
+    Arguments,
+    evaluate_each,
+    evaluate_in,
+    on_the_beat,
+    rows_of,
+    run_sweep,
+    side_by_side,
+    verdict_of,
+)
+from cli.judging import followed, known_dances, names_of_known_dances
 from cli.shell import command, make_folder, recording_name, tell
 from clips import OutputError
 from tracking import TrackingError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from tracking import Bundle, Evaluation
+    from tracking import Bundle
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -34,7 +41,7 @@ def run(args: Arguments) -> int:
         raise OutputError(
             f"--write-reference {args.write_reference}", found="that name", expected="a file that ends in .npz"
         )
-    with reference_for(args.ref, args.file, args.tell.console()) as ref:
+    with followed(args.bundle, args.ref, args.dance, args.file, args.tell.console()) as ref:
         return _judge(replace(args, ref=ref))
 
 
@@ -45,12 +52,16 @@ def _judge(args: Arguments) -> int:
     engines = engine_names(args.engine)
     inside = sorted(p.parent for p in args.bundle.glob(f"*/{CONTRACT}")) if args.bundle.is_dir() else []
     each = bool(inside) and not (args.bundle / CONTRACT).exists()
-    if args.write_reference is not None and (each or args.sweep):
+    knows = args.ref is None and bool(names_of_known_dances(args.bundle))
+    if args.write_reference is not None and (each or knows or args.sweep):
         raise TrackingError(
             "--write-reference", found="a sweep, or policies of several dances", expected="one policy of one dance"
         )
     if each:
-        return evaluate_each(args, inside, engines)
+        return evaluate_each(args, {folder.name: replace(args, bundle=folder) for folder in inside}, engines)
+    if knows:
+        with known_dances(args.bundle) as files:
+            return evaluate_each(args, {name: replace(args, ref=file) for name, file in files.items()}, engines)
     bundle = load_bundle(args.bundle, reference=args.ref, robot=args.robot)
     golden = _check_golden(bundle)
     if args.sweep:
@@ -65,7 +76,7 @@ def _judge(args: Arguments) -> int:
 
         save_evaluation(args.recording, bundle, results, str(args.bundle), lines)
     out = args.write_reference
-    notes = (golden, *_on_the_beat(bundle, results), *([_write_danced(args, out)] if out is not None else []))
+    notes = (golden, *on_the_beat(bundle, results), *([_write_danced(args, out)] if out is not None else []))
     return tell(verdict_of(results, args, notes), args.tell, [table])
 
 
@@ -78,34 +89,6 @@ def _write_danced(args: Arguments, out: Path) -> str:
     danced.save(out)
     missed = ", ".join(m.label for m in danced.report.failures)
     return f"as it was danced: {f'gates missed: {missed}' if missed else 'every gate holds'}"
-
-
-def _on_the_beat(bundle: Bundle, results: Mapping[str, Evaluation]) -> list[str]:
-    """How near the best robot's accents are to the beats of the song that its reference was made for."""
-    from clips.music import beat_error, find_accents, music_of, robot_parts
-
-    music, fps = music_of(bundle.reference), bundle.reference.fps
-    if music is None:
-        return []
-    lines, begins_s = [], bundle.reference.dance.start / fps
-    for engine, result in results.items():
-        path = next(iter(result.shown.values()))
-        error = beat_error(
-            find_accents(robot_parts(bundle.robot, path), fps), music.beats_s - begins_s, len(path) / fps
-        )
-        if error is None:
-            continue
-        share, off = 100 * error.on_beat, error.median_ms
-        told = {key: measured["value"] for key, measured in bundle.reference.report.items()}
-        meant = (
-            f"; its reference {told['beats_with_an_accent']:.0f} %, {told['beat_error_median']:.0f} ms"
-            if "beat_error_median" in told
-            else ""
-        )
-        lines.append(
-            f"{engine}: an accent of the best robot on {share:.0f} % of the beats, {off:.0f} ms off (median){meant}"
-        )
-    return lines
 
 
 def _check_golden(bundle: Bundle) -> str:

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from cli import view
-from cli.judging import reference_for
+from cli.judging import followed, reference_for
 from cli.recordings import FilmOptions, film_of, lost_song, show_live
 from cli.shell import ClipPath, FileOptions, TellOptions, Verdict, command, tell
 from robot_models import has_display
@@ -26,14 +26,17 @@ class Arguments:
         dance-play groove-g1 --film groove.mp4 --beside
         dance-play groove.npz
         dance-play tracker-g1 --ref dance_g1.npz
+        dance-play repertoire-g1 --dance gangnam
     """
 
     what: ClipPath
     """Folder of a policy bundle, the name of one that comes with the package (groove-dancer, groove-g1), a tracker
-    with --ref (tracker-g1, or another lab's ONNX), or a reference (.npz) or any tool's motion of a robot: shown
-    without physics."""
+    with --ref or --dance (repertoire-g1, tracker-g1, or another lab's ONNX), or a reference (.npz) or any tool's motion of
+    a robot: shown without physics."""
     ref: Path | None = None
     """What a tracker shall follow: any reference of its robot."""
+    dance: str | None = None
+    """The same by the name of a dance that the tracker knows; any other name tells which there are."""
     robot: str | None = None
     """Path of the robot's profile, where it is not a built-in one."""
     seed: int = 1
@@ -53,7 +56,9 @@ def run(args: Arguments) -> int:
     args.picture.check()
     if args.picture.film is None and not has_display() and find_spec("viser") is not None:
         return view.run(
-            view.Arguments(what=(args.what,), robot=args.robot, ref=args.ref, file=args.file, tell=args.tell)
+            view.Arguments(
+                what=(args.what,), robot=args.robot, ref=args.ref, dance=args.dance, file=args.file, tell=args.tell
+            )
         )
     from tracking.evaluation import stream_policy, stream_reference
 
@@ -63,7 +68,7 @@ def run(args: Arguments) -> int:
             motion = stack.enter_context(reference_for(args.what, args.file, console))
             show = stream_reference(motion or args.what, args.robot)
         else:
-            ref = stack.enter_context(reference_for(args.ref, args.file, console))
+            ref = stack.enter_context(followed(args.what, args.ref, args.dance, args.file, console))
             show = stream_policy(args.what, args.robot, args.seed, ref)
         film = args.picture.film
         shown = show_live(show) if film is None else film_of(show, args.picture, args.what)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
+from cli.judging import followed
 from cli.shell import DONE, FileOptions, TellOptions, Verdict, command, make_folder, progress, some, tell
 from clips import OutputError
 from robot_models import DanceError
@@ -27,6 +28,7 @@ class Arguments:
         dance-view before.npz after.npz
         dance-view groove-g1
         dance-view tracker-g1 --ref groove_g1.npz
+        dance-view repertoire-g1 --dance gangnam --web gangnam.html
         dance-view groove_g1.npz --web groove.html
     """
 
@@ -37,6 +39,8 @@ class Arguments:
     """The robot that a recording is brought to; or the profile of a reference's."""
     ref: Path | None = None
     """What a tracker shall follow: any reference of its robot."""
+    dance: str | None = None
+    """The same by the name of a dance that the tracker knows; any other name tells which there are."""
     tracker: str = "auto"
     """What dances a recording with physics at a click: another lab's tracker (an ONNX), a name, none; auto: the robot's own
     where one comes with the package."""
@@ -64,16 +68,20 @@ def run(args: Arguments) -> int:
 
     if args.web is not None and args.web.suffix != ".html":
         raise OutputError(f"--web {args.web}", found="that name", expected="a file that ends in .html")
-    if args.web is not None:
+    if args.web is not None or args.dance is not None:
         some(args.what, "a file or a policy")
-    if args.ref is not None and any(what.suffix in SUFFIXES for what in args.what):
-        raise OutputError(f"--ref {args.ref}", found="motions beside it", expected="a tracker, which follows it")
-    if args.web is not None:
-        return tell(_page(args, args.web), args.tell)
+    if (args.ref or args.dance) and any(what.suffix in SUFFIXES for what in args.what):
+        given = f"--dance {args.dance}" if args.dance else f"--ref {args.ref}"
+        raise OutputError(given, found="motions beside it", expected="a tracker, which follows it")
     what = args.what, args.robot, args.file
     with contextlib.ExitStack() as stack:
-        panel = panel_of(*what, stack, args.ref, args.tracker)
-        show = show_of(*what, args.ref) if panel is None else panel.show
+        ref = args.ref
+        if args.dance is not None:
+            ref = stack.enter_context(followed(args.what[0], ref, args.dance, args.file, args.tell.console()))
+        if args.web is not None:
+            return tell(_page(replace(args, ref=ref), args.web), args.tell)
+        panel = panel_of(*what, stack, ref, args.tracker)
+        show = show_of(*what, ref) if panel is None else panel.show
         serve(show, panel, args.host, args.port, args.browser)
     return DONE
 

@@ -50,7 +50,15 @@ if TYPE_CHECKING:
         read_golden,
         replay,
     )
-    from tracking.run_files import AUTO, LABELS, NOBODY, named_teacher, refuse_missing_run, refuse_run_that_is_there
+    from tracking.run_files import (
+        AUTO,
+        LABELS,
+        NOBODY,
+        REHEARSAL,
+        named_teacher,
+        refuse_missing_run,
+        refuse_run_that_is_there,
+    )
     from tracking.task import TrackingTask
     from tracking.teaching import teach
     from tracking.training import Run, export_bundle, train
@@ -65,7 +73,7 @@ _ROOMS = {
         "Bundle", "Contract", "Measurement", "Motion", "Runner", "check_contract", "load_bundle", "motion_of", "onnx_policy",
         "read_contract", "read_golden", "replay",
     ),
-    "run_files": ("AUTO", "LABELS", "NOBODY", "named_teacher", "refuse_missing_run", "refuse_run_that_is_there"),
+    "run_files": ("AUTO", "LABELS", "NOBODY", "REHEARSAL", "named_teacher", "refuse_missing_run", "refuse_run_that_is_there"),
     "task": ("TrackingTask",),
     "teaching": ("teach",),
     "training": ("Run", "export_bundle", "train"),
@@ -77,6 +85,7 @@ __all__ = [
     "ENGINES",
     "LABELS",
     "NOBODY",
+    "REHEARSAL",
     "Bundle",
     "Cell",
     "Contract",

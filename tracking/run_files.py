@@ -9,6 +9,7 @@ from tracking.errors import TrackingError
 from tracking.policy import SHIPPED
 
 CHECKPOINT, TEACHER, CURVES, LABELS = "checkpoint.pt", "teacher.pt", "curves.csv", "labels.bin"
+REHEARSAL = "rehearsal.npz"  # the dances that a tracker knows, beside it
 AUTO, NOBODY = "auto", "none"
 
 

@@ -26,7 +26,7 @@ def checked(args: Arguments, say: Callable[[str], None]) -> tuple[Runner, RobotL
     folder, runner = read_runner(args.bundle, args.ref)
     limits.check(runner.contract)
     if runner.contract.follows_any:
-        say(f"a tracker, on {args.ref}")
+        say(f"a tracker, on {args.dance or args.ref}")
     else:
         say(f"golden trace repeated to {replay(runner, read_golden(folder / GOLDEN)):.1e}")
     _show_certificate(args, folder, say)

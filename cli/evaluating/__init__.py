@@ -1,6 +1,7 @@
 """`dance-eval`'s options, tables, sweeps and verdicts."""
 
 from cli.evaluating.arguments import Arguments
+from cli.evaluating.on_the_beat import on_the_beat
 from cli.evaluating.several import evaluate_each, evaluate_in
 from cli.evaluating.sweep import run_sweep
 from cli.evaluating.tables import rows_of, side_by_side
@@ -10,6 +11,7 @@ __all__ = [
     "Arguments",
     "evaluate_each",
     "evaluate_in",
+    "on_the_beat",
     "outcome_line",
     "rows_of",
     "run_sweep",

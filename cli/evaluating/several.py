@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,10 +18,16 @@ if TYPE_CHECKING:
     from tracking import Evaluation
 
 
-def evaluate_each(args: Arguments, folders: list[Path], engines: tuple[str, ...]) -> int:
-    """One policy that dances several references: a row for each."""
-    _check_each(args, folders)
-    results = {folder.name: evaluate_in(args, folder, engines) for folder in folders}
+def evaluate_each(args: Arguments, dances: Mapping[str, Arguments], engines: tuple[str, ...]) -> int:
+    """One policy that dances several references: a row for each.
+
+    Args:
+        args: as they were given.
+        dances: by the name of each dance what judges it alone: its own bundle, or the tracker with a reference.
+        engines: in which.
+    """
+    _check_each(args, dances)
+    results = {name: evaluate_in(alone, alone.bundle, engines) for name, alone in dances.items()}
     cells: dict[str, list[str | Text]] = {
         n: [f"{r[engines[0]].duration_s:.1f}", *(brief(r[e]) for e in engines)] for n, r in results.items()
     }
@@ -30,23 +37,28 @@ def evaluate_each(args: Arguments, folders: list[Path], engines: tuple[str, ...]
     )
     verdict = Verdict(
         passed=worst.finished >= GATE,
-        line=f"{args.bundle.name}, {len(folders)} dances; least {name}: {outcome_line(worst)}",
+        line=f"{args.bundle.name}, {len(dances)} dances; least {name}: {outcome_line(worst)}",
         data={"results": {n: {engine: r.as_dict() for engine, r in row.items()} for n, row in results.items()}},
     )
     return tell(verdict, args.tell, shown=[grid(("s", *engines), cells)])
 
 
-def _check_each(args: Arguments, folders: list[Path]) -> None:
+def _check_each(args: Arguments, dances: Mapping[str, Arguments]) -> None:
     """Refuse what is meant for one dance, and folders of different policies."""
     from tracking import load_bundle, read_golden, replay
     from tracking.policy import GOLDEN, POLICY
 
     alone = {"--ref": args.ref, "--sweep": args.sweep, "--recording": args.recording, "--picture": args.picture}
+    first, one = next(iter(dances.items()))
+    known = one.bundle == args.bundle
     if any(alone.values()):
         raise TrackingError(
-            ", ".join(name for name, given in alone.items() if given), found=f"a run of {len(folders)} dances",
-            expected="the bundle of one of them", cure=f"name it, as {folders[0]}",
+            ", ".join(name for name, given in alone.items() if given), found=f"{len(dances)} dances", expected="one of them",
+            cure=f"name it, as {f'--dance {first}' if known else one.bundle}",
         )  # fmt: skip
+    if known:
+        return
+    folders = [each.bundle for each in dances.values()]
     if len({(folder / POLICY).read_bytes() for folder in folders}) > 1:
         raise TrackingError(
             str(args.bundle), found=f"{len(folders)} bundles of different policies", expected="one policy's",

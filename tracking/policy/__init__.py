@@ -9,6 +9,7 @@ from tracking.policy.bundle import (
     SHIPPED,
     Bundle,
     check_contract,
+    find_policy,
     load_bundle,
     read_runner,
 )
@@ -44,6 +45,7 @@ __all__ = [
     "Runner",
     "anchor_chain",
     "check_contract",
+    "find_policy",
     "is_tracker",
     "joint_targets",
     "load_bundle",

@@ -63,7 +63,7 @@ def load_bundle(folder: Path | str, *, reference: Path | str | None = None, robo
     Raises:
         TrackingError: not a bundle, or the contract was made for another robot or reference.
     """
-    folder, reference = _found(Path(folder)), None if reference is None else Path(reference)
+    folder, reference = find_policy(Path(folder)), None if reference is None else Path(reference)
     if is_tracker(folder):
         return _tracker(folder, reference, robot)
     if folder.suffix == ".onnx" or (_unitree(folder) and not (folder / CONTRACT).exists()):
@@ -90,7 +90,7 @@ def read_runner(folder: Path, reference: Path | None = None) -> tuple[Path, Runn
     Raises:
         TrackingError: not a bundle, or its files do not belong together.
     """
-    folder = _found(folder)
+    folder = find_policy(folder)
     contract = read_contract(folder / CONTRACT)
     file = _reference_of(folder, contract, reference)
     if _sha256(file) != contract.reference_sha256 and not contract.follows_any:
@@ -159,8 +159,8 @@ def _tracker(path: Path, reference: Path | None, robot: str | None) -> Bundle:
     return Bundle(folder=path, robot=with_gains(model, runner.contract), reference=motion, runner=runner)
 
 
-def _found(folder: Path) -> Path:
-    """The folder itself, or the shipped policy of that name."""
+def find_policy(folder: Path) -> Path:
+    """The folder itself, or that of the policy of this name that comes with the package."""
     if folder.exists() or not (SHIPPED / folder.name).is_dir():
         return folder
     return SHIPPED / folder.name

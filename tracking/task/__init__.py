@@ -11,7 +11,7 @@ from tracking.task.motion_set import (
     select_references,
 )
 from tracking.task.randomisation import draw_robots
-from tracking.task.rehearsal_set import read_rehearsal_set, write_rehearsal_set
+from tracking.task.rehearsal_set import read_rehearsal_set, rehearsal_names, write_rehearsal_set
 from tracking.task.rewards import beyond_soft_limits, reward_terms
 from tracking.task.symmetry import Symmetry, symmetry_of
 from tracking.task.tracking_errors import FALLS, compare
@@ -33,6 +33,7 @@ __all__ = [
     "motion_set_sha256",
     "read_named_reference",
     "read_rehearsal_set",
+    "rehearsal_names",
     "reward_terms",
     "select_references",
     "symmetry_of",

@@ -7,7 +7,8 @@ of the project that is right to a few milliradians, which is less than robots ar
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -54,29 +55,36 @@ def write_rehearsal_set(path: Path, pieces: Sequence[NamedReference], credits: s
         np.savez_compressed(stream, **tables)
 
 
-def read_rehearsal_set(path: Path, robot: RobotModel) -> list[NamedReference]:
+def rehearsal_names(path: Path) -> list[str]:
+    """The names of the references in such a file; raises as `read_rehearsal_set`."""
+    with _reading(path), np.load(path, allow_pickle=False) as file:
+        return list(_told(file)["names"])
+
+
+def read_rehearsal_set(path: Path, robot: RobotModel, only: Collection[str] = ()) -> list[NamedReference]:
     """References from such a file, whole again.
+
+    Args:
+        path: the file.
+        robot: whose motions they are.
+        only: the names of those to read; all where there are none.
 
     Raises:
         TrackingError: not such a file, or another robot's.
     """
-    try:
+    with _reading(path):
         with np.load(path, allow_pickle=False) as file:
             data = dict(file)
-        told: dict[str, Any] = json.loads(str(data["meta"]))
+        told = _told(data)
         poses, torques = (_unpacked({k: data[f"{name}_{k}"] for k in _PARTS}) for name in ("pose", "torque"))
-        if told["format_version"] != FORMAT_VERSION:
-            raise ValueError(f"format {told['format_version']}")
-    except (OSError, KeyError, ValueError) as e:
-        raise TrackingError(
-            str(path), found=f"no rehearsal set ({e})", expected=f"one of version {FORMAT_VERSION}"
-        ) from e
     if told["robot_hash"] != robot.hash:
         raise TrackingError(str(path), found=f"motions of {told['robot']}", expected=f"{robot.name} as it is now")
     kept = np.cumsum([0, *(len(_places(frames)) for frames in told["frames"])])
     parts = np.cumsum([0, *data["segment_counts"]])
     out = []
     for i, (name, frames) in enumerate(zip(told["names"], told["frames"], strict=True)):
+        if only and name not in only:
+            continue
         qpos = _between(poses[kept[i] : kept[i + 1]], frames)
         qpos[:, 3:7] = rot.normalise(qpos[:, 3:7])
         bare = make_reference(
@@ -90,6 +98,23 @@ def read_rehearsal_set(path: Path, robot: RobotModel) -> list[NamedReference]:
 
 
 _PARTS = ("steps", "low", "width")
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (OSError, KeyError, ValueError) as e:
+        raise TrackingError(
+            str(path), found=f"no rehearsal set ({e})", expected=f"one of version {FORMAT_VERSION}"
+        ) from e
+
+
+def _told(data: Mapping[str, ndarray]) -> dict[str, Any]:
+    told: dict[str, Any] = json.loads(str(data["meta"]))
+    if told["format_version"] != FORMAT_VERSION:
+        raise ValueError(f"format {told['format_version']}")
+    return told
 
 
 def _torque(piece: NamedReference) -> Float[ndarray, "T J"]:

@@ -18,13 +18,14 @@ from robot_models.maths import Progress, silent
 from tracking.config import DistillationConfig, TrainConfig
 from tracking.errors import TrackingError
 from tracking.policy import SHIPPED
+from tracking.run_files import REHEARSAL
 from tracking.task import NamedReference, TrackingTask, bundle_folder, read_rehearsal_set
 from tracking.teaching.distillation import Distillation
 from tracking.teaching.focus import Focus, focus
 from tracking.teaching.lesson_file import restore_lesson, save_lesson
 from tracking.teaching.teacher import TeacherTrainer, teaching_task
 from tracking.teaching.teacher_file import load_teacher, restore_teacher, save_teacher
-from tracking.teaching.who_teaches import REHEARSAL, adviser_of
+from tracking.teaching.who_teaches import adviser_of
 from tracking.training import (
     CHECKPOINT,
     LABELS,

@@ -14,8 +14,6 @@ from tracking.task import NamedReference, TrackingTask
 from tracking.teaching.adviser import Adviser, TeacherAdviser, TrackerAdviser
 from tracking.teaching.teacher_file import load_teacher, teacher_actor
 
-REHEARSAL = "rehearsal.npz"
-
 
 def find_teacher(asked: str, robot: str, control_dt: float) -> Path | None:
     """Who teaches: a file, a tracker that comes with the package by its name, or nobody.
