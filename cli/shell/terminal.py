@@ -121,7 +121,12 @@ def option_names(arguments: Any) -> frozenset[str]:
     if not (isinstance(arguments, type) and is_dataclass(arguments)):
         return frozenset().union(*map(option_names, get_args(arguments)))
     hints = get_type_hints(arguments, include_extras=True)
-    return frozenset(hints).union(*map(option_names, hints.values()))
+    return frozenset(_typed(*pair) for pair in hints.items()).union(*map(option_names, hints.values()))
+
+
+def _typed(field: str, hint: Any) -> str:
+    """An option's name where it is typed: a field cannot be called as a word of the language."""
+    return next((more.name for more in getattr(hint, "__metadata__", ()) if getattr(more, "name", None)), field)
 
 
 def complain(error: DanceError, options: frozenset[str]) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+import tyro
 
 from cli.shell import FileOptions, Out, TellOptions, from_file, from_words
 from tracking import TrainConfig
@@ -20,6 +22,7 @@ class Arguments:
     Examples:
         dance-train --ref out.npz
         dance-train --ref out.npz --teacher twist2_1017_20k.onnx
+        dance-train --ref faster.npz --from runs/out
         dance-train --ref out.npz --check-ref
         dance-train --ref out.npz --minutes 2 --view
         dance-train --ref out.npz --teacher none --ppo.hidden 512,256 --task.rewards.action-rate -0.2
@@ -37,6 +40,9 @@ class Arguments:
     """Who teaches the dance, in minutes where finding out takes hours: another lab's tracker (an ONNX, docs/trackers.md), a
     teacher.pt or the folder of a run that has one, or a tracker that comes with the package. auto: the robot's own where
     there is one; none: the policy finds out by itself (PPO). A teacher's gains become the policy's."""
+    begin: Annotated[str, tyro.conf.arg(name="from")] = "auto"
+    """A policy to begin with instead of nothing, of the same robot, table and size: a run, a bundle, the name of one. auto: who is
+    taught begins with the teacher's own tracker, who finds out by itself with nothing; none: with nothing."""
     robot: str | None = None
     """Its robot, where the reference's is not a built-in one (path of a profile), or a folder has several robots'."""
     out: Out = None

@@ -14,7 +14,7 @@ from tracking import AUTO, NOBODY, TrackingError, TrainConfig
 if TYPE_CHECKING:
     from tracking.task import Selection
 
-_TAUGHT_BY, _SETTINGS = "taught_by.txt", "config.toml"  # in a run's folder
+_TAUGHT_BY, _BEGUN_WITH, _SETTINGS = "taught_by.txt", "begun_with.txt", "config.toml"  # in a run's folder
 
 
 def _without_budget(numbers: TrainConfig) -> TrainConfig:
@@ -25,8 +25,11 @@ def _without_budget(numbers: TrainConfig) -> TrainConfig:
 
 def who_taught(folder: Path) -> str:
     """The teacher of a run, or nobody."""
-    told = folder / _TAUGHT_BY
-    return told.read_text(encoding="utf-8").strip() if told.is_file() else NOBODY
+    return _told(folder / _TAUGHT_BY, NOBODY)
+
+
+def _told(file: Path, otherwise: str) -> str:
+    return file.read_text(encoding="utf-8").strip() if file.is_file() else otherwise
 
 
 def as_begun(args: Arguments, folder: Path) -> Arguments:
@@ -34,6 +37,7 @@ def as_begun(args: Arguments, folder: Path) -> Arguments:
     settings = folder / _SETTINGS
     if args.teacher == AUTO and (folder / _TAUGHT_BY).is_file():
         args = replace(args, teacher=who_taught(folder))
+    args = replace(args, begin=_told(folder / _BEGUN_WITH, NOBODY))
     return replace(args, config=settings) if args.config is None and settings.is_file() else args
 
 
@@ -49,6 +53,7 @@ def keep_beginning(args: Arguments, folder: Path, teacher: Path | None) -> None:
         raise TrackingError(str(folder), found=f"no folder ({e.strerror})", expected="a folder for the run") from e
     for name, text in (
         (_TAUGHT_BY, str(teacher or NOBODY)),
+        (_BEGUN_WITH, args.begin),
         (_SETTINGS, as_toml(_without_budget(args.numbers()))),
     ):
         with write_whole(folder / name) as stream:

@@ -32,11 +32,15 @@ class Distillation:
         config: all numbers.
         labels: file for what is told, which a resumed run needs; half a kilobyte to one per label, in half precision.
         seed: of who drives and of the batches.
+        begun: whether the pupil can dance already: it keeps its normaliser, and drives from the first episode on as far as
+            it does in the end.
     """
 
     def __init__(
-        self, task: TrackingTask, adviser: Adviser, actor: Any, config: DistillationConfig, labels: Path, seed: int = 0
-    ) -> None:
+        self, task: TrackingTask, adviser: Adviser, actor: Any, config: DistillationConfig, labels: Path, seed: int = 0,
+        begun: bool = False,
+    ) -> None:  # fmt: skip
+        self.begun = begun
         self.task, self.adviser, self.actor, self.config = task, adviser, actor, config
         self.rng = np.random.default_rng(seed)
         self.samples, self.loss = 0, float("nan")
@@ -73,7 +77,7 @@ class Distillation:
     def driving(self) -> float:
         """Share of the episodes in which the teacher drives now."""
         c = self.config
-        part = min(1.0, self.samples / max(1.0, c.driving_until * c.samples))
+        part = 1.0 if self.begun else min(1.0, self.samples / max(1.0, c.driving_until * c.samples))
         return c.driving[0] + (c.driving[1] - c.driving[0]) * part
 
     def _acts(self, seen: Float[ndarray, "N A"]) -> Float[ndarray, "N J"]:
@@ -110,6 +114,7 @@ class Distillation:
             "columns": self._columns.tolist(),
             "best": self._best,
             "best_score": self._best_score,
+            "begun": self.begun,
             "generators": json.dumps(generators),
             "pushes": torch.from_numpy(self.task.pushes.wait.copy()),
             "starts": {name: torch.from_numpy(value.copy()) for name, value in self.task.starts.state_dict().items()},
@@ -124,6 +129,7 @@ class Distillation:
         if state["columns"] != self._columns.tolist():
             raise ValueError(f"{state['columns']} numbers instead of {self._columns.tolist()}")
         self._best, self._best_score = state["best"], state["best_score"]
+        self.begun = state.get("begun", False)
         self.actor.load_state_dict(state["actor"])
         self._optimiser.load_state_dict(state["optimiser"])
         self.samples, generators = state["samples"], json.loads(state["generators"])
@@ -143,7 +149,7 @@ class Distillation:
     def _learn(self) -> None:
         c, fresh, size = self.config, self.config.steps_per_env * self.task.envs, int(self._columns[0])
         part = min(1.0, self.samples / c.samples)
-        if part < c.driving_until:  # what comes later is seen through the same glasses
+        if part < c.driving_until and not self.begun:  # what comes later is seen through the same glasses
             self.actor.train()
             self.actor.obs_normalizer.update(
                 torch.from_numpy(self._labels[self.samples - fresh : self.samples, :size].astype(np.float32))

@@ -6,56 +6,36 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import torch
-from tensordict import TensorDict
 
 from robot_models import RobotModel
 from robot_models.maths import Progress, silent
-from tracking.config import DistillationConfig, TrainConfig
+from tracking.config import TrainConfig
 from tracking.errors import TrackingError
 from tracking.policy import SHIPPED
-from tracking.run_files import REHEARSAL
-from tracking.task import NamedReference, TrackingTask, bundle_folder, read_rehearsal_set
+from tracking.run_files import AUTO, REHEARSAL
+from tracking.task import NamedReference, bundle_folder, read_rehearsal_set
 from tracking.teaching.distillation import Distillation
 from tracking.teaching.focus import Focus, focus
+from tracking.teaching.lesson import as_pupils_see, begin_lesson, make_lesson
 from tracking.teaching.lesson_file import restore_lesson, save_lesson
 from tracking.teaching.teacher import TeacherTrainer, teaching_task
 from tracking.teaching.teacher_file import load_teacher, restore_teacher, save_teacher
-from tracking.teaching.who_teaches import adviser_of
 from tracking.training import (
     CHECKPOINT,
     LABELS,
     TEACHER,
     Run,
     Signals,
-    Team,
     TensorBoard,
     export_bundle,
     export_tracker,
-    make_algorithm,
     nobody_looks,
     run_folder,
     torch_policy,
 )
 
 _SAVE_EVERY = 100_000  # labels between two checkpoints, at most: a minute or two; counted, so that runs repeat
-
-
-def as_pupils_see(config: TrainConfig) -> TrainConfig:
-    """What a teacher of ours knows exactly, shown to its pupil as far as a robot can tell; as stated, where anything of it is.
-
-    How the reference's root travels, and what was measured before, from which it can feel how fast it goes itself.
-    """
-    plain = TrainConfig()
-    if (config.task.look_back, config.task.root_ahead) != (plain.task.look_back, plain.task.root_ahead):
-        return config
-    task = replace(config.task, root_ahead=True, look_back=(1, 2, 4, 8))
-    hidden = (512, 256) if config.ppo.hidden == plain.ppo.hidden else config.ppo.hidden
-    return replace(config, task=task, ppo=replace(config.ppo, hidden=hidden))
 
 
 def teach(
@@ -65,6 +45,7 @@ def teach(
     teacher: Path,
     config: TrainConfig,
     *,
+    begin: str | Path = AUTO,
     resume: bool = False,
     progress: Progress = silent,
     judged: Callable[[Run], None] = nobody_looks,
@@ -77,25 +58,31 @@ def teach(
         folder: where checkpoint, curves, TensorBoard events and bundles go.
         teacher: a tracker.
         config: all numbers; `steps` is the budget in labels where it is not the default.
+        begin: the policy that the pupil begins with; "auto": the teacher's own tracker where one of the pupil's size lies beside
+            it; "none": nothing.
         resume: go on from the folder's checkpoint.
         progress: told after every round.
         judged: told after every judgement of the pupil.
 
     Raises:
-        TrackingError: no tracker, or the run cannot be resumed.
+        TrackingError: no tracker, a policy that the pupil cannot begin with, or the run cannot be resumed.
     """
+    tracker = teacher.parent
     with ExitStack() as stack:
         stack.enter_context(run_folder(folder, resume))
         run = Run(folder=folder)
         going_on = resume and (folder / CHECKPOINT).exists()
+        tracker = teacher.parent
         if teacher.suffix != ".onnx":  # a teacher of ours, which can learn
             focused = folder / TEACHER if going_on else _focused(run, teacher, robot, pieces, config, progress)
             teacher = focused if focused.exists() else teacher
             if run.stopped:
                 return run
             config = as_pupils_see(config)
-        lesson = _lesson(teacher, robot, pieces, folder, config)
+        lesson = make_lesson(teacher, robot, pieces, folder, config)
         stack.callback(lesson.task.close)
+        if not going_on:
+            begin_lesson(lesson, tracker, begin)
         if going_on:
             restore_lesson(run, lesson, pieces)
         else:
@@ -134,36 +121,13 @@ def teach_tracker(
         The largest difference between onnxruntime and torch.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    lesson = _lesson(teacher, robot, pieces, folder, as_pupils_see(config))
+    lesson = make_lesson(teacher, robot, pieces, folder, as_pupils_see(config))
     with closing(lesson.task):
         while lesson.samples < lesson.config.samples:
             lesson.iterate()
             progress("teach", lesson.samples, lesson.config.samples, f"loss {lesson.loss:.4f}")
         (folder / LABELS).unlink()
         return export_tracker(folder, lesson.actor, lesson.task)
-
-
-def _lesson(
-    teacher: Path, robot: RobotModel, pieces: Sequence[NamedReference], folder: Path, config: TrainConfig
-) -> Distillation:
-    """A new pupil beside its teacher, on robots with the teacher's gains."""
-    robot, make_adviser = adviser_of(teacher, robot, pieces)
-    task = TrackingTask(
-        robot=robot, reference=[p.reference for p in pieces], weights=[p.weight for p in pieces], envs=config.envs,
-        config=config.task, seed=config.seed, threads=config.threads,
-    )  # fmt: skip
-    torch.manual_seed(config.seed)
-    torch.set_num_threads(Team().threads(config.threads))
-    pupil = make_pupil(task, config)
-    return Distillation(task, make_adviser(task), pupil, _budget(config, pieces), folder / LABELS, config.seed)
-
-
-def make_pupil(task: TrackingTask, config: TrainConfig) -> Any:
-    """A new actor for a task, the same as PPO begins with."""
-    seen, critic = task.observe()
-    groups = {"policy": torch.as_tensor(seen), "critic": torch.as_tensor(critic)}
-    observation = TensorDict(groups, batch_size=[task.envs], device="cpu")
-    return make_algorithm(observation, task, config.ppo, Team()).get_policy()
 
 
 def _focused(
@@ -211,12 +175,6 @@ def _focused(
     return kept if kept.exists() else teacher
 
 
-def _budget(config: TrainConfig, pieces: Sequence[NamedReference]) -> DistillationConfig:
-    c, seconds = config.distillation, sum(p.reference.duration_s for p in pieces)
-    by_length = round(min(c.bounds[1], max(c.bounds[0], c.per_second * seconds)))
-    return replace(c, samples=c.samples or by_length)
-
-
 def _learn(
     run: Run,
     lesson: Distillation,
@@ -230,6 +188,8 @@ def _learn(
     frames = sum(p.reference.frames for p in pieces) * max(config.fewest_rollouts, config.rollouts // len(pieces))
     every = max(lesson.config.evaluate_every, round(lesson.config.evaluate_share * frames))
     with TensorBoard(run.folder) as board, Signals() as signals:
+        if lesson.begun and not run.curves:  # it can dance something already
+            _judge(run, lesson, pieces, config, board, progress, judged)
         run.stopped = run.reason_to_stop(config, budget)
         while not run.stopped:
             causes = lesson.iterate()
@@ -245,15 +205,28 @@ def _learn(
             if signals.came:
                 run.stopped = signals.came  # what came since the last save is done again, and comes out the same
             elif run.steps // every > before // every or run.steps >= budget:
-                row = run.evaluate(torch_policy(lesson.actor), lesson.task.robot, pieces, config, progress)
-                run.curves.append(row | {"loss": lesson.loss})
-                lesson.judged(_score(row, pieces))
-                board.evaluation(run.steps, row)
-                save_lesson(run, lesson, config, pieces)
-                judged(run)
+                _judge(run, lesson, pieces, config, board, progress, judged)
                 run.stopped = run.reason_to_stop(config, budget)
             elif run.steps // _SAVE_EVERY > before // _SAVE_EVERY:
                 save_lesson(run, lesson, config, pieces)
+
+
+def _judge(
+    run: Run,
+    lesson: Distillation,
+    pieces: Sequence[NamedReference],
+    config: TrainConfig,
+    board: TensorBoard,
+    progress: Progress,
+    judged: Callable[[Run], None],
+) -> None:
+    """Evaluate the pupil on every piece, keep it where it is the best so far, save."""
+    row = run.evaluate(torch_policy(lesson.actor), lesson.task.robot, pieces, config, progress)
+    run.curves.append(row | {"loss": lesson.loss})
+    lesson.judged(_score(row, pieces))
+    board.evaluation(run.steps, row)
+    save_lesson(run, lesson, config, pieces)
+    judged(run)
 
 
 def _score(row: dict[str, float], pieces: Sequence[NamedReference]) -> float:

@@ -15,6 +15,8 @@ from clips import write_whole
 from robot_models.maths import to_numpy
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
+from tracking.run_files import CHECKPOINT
+from tracking.training.actor_import import begin_with
 from tracking.training.ppo import Trainer
 
 FORMAT_VERSION = 2
@@ -28,6 +30,7 @@ def save_checkpoint(
         "torch_rng": _generator(trainer).get_state(),
         "age": torch.from_numpy(to_numpy(trainer.age).copy()),
         "task": _packed(trainer.task.state_dict()),
+        "critic_alone": trainer.critic_alone,
     }
     processes = trainer.team.gather(mine)
     if not trainer.team.is_leader:
@@ -97,8 +100,30 @@ def restore(trainer: Trainer, state: dict[str, Any], config: TrainConfig, refere
     _generator(trainer).set_state(mine["torch_rng"])
     trainer.age = trainer.task.physics.to_device(mine["age"].numpy().copy())
     trainer.task.load_state_dict(_unpacked(mine["task"]))
+    trainer.critic_alone = mine.get("critic_alone", 0)
     progress: dict[str, Any] = json.loads(state["progress"])
     return progress
+
+
+def begin_run(trainer: Trainer, policy: Path) -> None:
+    """Let a new run begin with what another came to.
+
+    Args:
+        trainer: as it was made.
+        policy: the folder of a run of PPO, whose critic and optimiser come along; or any bundle of the same robot, table and
+            size, whose critic learns alone at first.
+
+    Raises:
+        TrackingError: no policy, or one of another robot, table or size.
+    """
+    begin_with(trainer.actor, policy, trainer.task)
+    try:
+        learnt = load_checkpoint(policy / CHECKPOINT)["algorithm"]
+    except TrackingError:  # a bundle alone, or a run that was taught: nobody estimated returns there
+        trainer.begin_with_critic()
+        return
+    trainer.algorithm.load(learnt, None, True)
+    trainer.algorithm.learning_rate = trainer.algorithm.optimizer.param_groups[0]["lr"]
 
 
 def _generator(trainer: Trainer) -> torch.Generator:

@@ -23,6 +23,7 @@ from tracking.task import StepResult, TrackingTask
 from tracking.training.distributed import Team
 
 Actor = Any  # rsl_rl.models.MLPModel
+_CRITIC_ALONE, _BEGUN_STD = 50, 0.12  # iterations, and exploration, where a policy is there before its critic
 _DIVERGENCE_STEPS = 6  # of a batch from which the divergence is measured: all of them tell the same
 
 
@@ -55,6 +56,7 @@ class Trainer:
             torch.manual_seed(seed + self.team.rank)  # one network, but everyone explores with noise of their own
         self.std_range = config.std_range
         self.age = task.physics.to_device(np.zeros(task.envs))  # control steps since each robot's reset
+        self.critic_alone = 0  # iterations from now on that leave the actor as it is
 
     @property
     def actor(self) -> Actor:
@@ -86,7 +88,7 @@ class Trainer:
                 observation = self._observe()
                 self._record(observation, result, truncated)
             self.algorithm.compute_returns(observation)
-        losses = self.algorithm.update()
+        losses = self._update()
         divergence = self._divergence()
         self._adapt_rate(divergence, kl)
         self._keep_exploring()
@@ -101,6 +103,22 @@ class Trainer:
             kl=divergence,
             rate=float(self.algorithm.learning_rate),
         )
+
+    def begin_with_critic(self) -> None:
+        """Let the critic of an actor that can do something already learn alone for a while, exploration being small."""
+        self.critic_alone = _CRITIC_ALONE
+        with torch.no_grad():
+            self.algorithm.actor.distribution.log_std_param.fill_(np.log(_BEGUN_STD))
+
+    def _update(self) -> dict[str, float]:
+        """Learn from the batch."""
+        if not self.critic_alone:
+            return dict(self.algorithm.update())
+        self.critic_alone -= 1
+        before = {name: value.clone() for name, value in self.algorithm.actor.state_dict().items()}
+        losses = dict(self.algorithm.update())
+        self.algorithm.actor.load_state_dict(before)
+        return losses
 
     def _as_the_task_has_it(self, action: torch.Tensor) -> Array:
         return action if array_namespace(self.age) is torch else action.numpy().astype(np.float64)

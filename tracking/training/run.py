@@ -13,10 +13,10 @@ from robot_models.maths import Progress, silent
 from tracking.config import PpoConfig, TrainConfig
 from tracking.engines import training_engine
 from tracking.errors import TrackingError
-from tracking.run_files import CHECKPOINT, CURVES
+from tracking.run_files import CHECKPOINT, CURVES, NOBODY
 from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256
 from tracking.training.actor_export import export_bundle, torch_policy
-from tracking.training.checkpoint import load_checkpoint, restore, save_checkpoint
+from tracking.training.checkpoint import begin_run, load_checkpoint, restore, save_checkpoint
 from tracking.training.curves import TensorBoard, write_curves
 from tracking.training.distributed import join_team
 from tracking.training.ppo import Iteration, Trainer
@@ -33,6 +33,7 @@ def train(
     folder: Path,
     config: TrainConfig,
     *,
+    begin: str | Path = NOBODY,
     resume: bool = False,
     progress: Progress = silent,
     judged: Callable[[Run], None] = nobody_looks,
@@ -44,6 +45,8 @@ def train(
         pieces: what to imitate.
         folder: where checkpoint, curves, TensorBoard events and bundles go.
         config: all numbers.
+        begin: a policy to begin with, of the same robot, table and size: of a run of PPO its critic and optimiser too; of any
+            other bundle the actor, whose critic then learns alone for a while. "none": nothing.
         resume: go on from the folder's checkpoint.
         progress: told after every iteration.
         judged: told after every judgement.
@@ -63,7 +66,9 @@ def train(
         )  # fmt: skip
         stack.callback(task.close)
         trainer = Trainer(task, config.ppo, config.seed, config.threads, team)
-        run = Run(folder=folder)
+        run = Run(folder=folder, begun=begin != NOBODY)
+        if run.begun and not resume:
+            begin_run(trainer, Path(begin))
         if resume:
             saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, motion_set_sha256(pieces))
             run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]
@@ -92,7 +97,7 @@ def _learn(
         run.stopped = team.broadcast(run.reason_to_stop(config, config.steps))
         told_to, saved = "", time.monotonic()
         while not run.stopped:
-            trainer.task.advance_curriculum(run.steps / config.steps)
+            trainer.task.advance_curriculum(1.0 if run.begun else run.steps / config.steps)
             result = trainer.iterate(_wanted_kl(config.ppo, run))
             _check_finite(result, trainer, run, config, sha)
             run.steps += result.steps
@@ -114,7 +119,12 @@ def _learn(
 
 
 def _wanted_kl(c: PpoConfig, run: Run) -> float:
-    """The divergence that an update shall have: smaller as the run goes on, and as more of the last rollouts finished."""
+    """The divergence that an update shall have: smaller as the run goes on, and as more of the last rollouts finished.
+
+    The smallest for who began with a policy, which larger ones would make it forget.
+    """
+    if run.begun:
+        return c.finishing_kl
     settled = c.first_kl * (c.settled_kl / c.first_kl) ** min(1.0, run.steps / c.settle_steps)
     return float(settled * (c.finishing_kl / c.settled_kl) ** run.curves[-1]["finished"])
 

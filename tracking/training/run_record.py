@@ -34,6 +34,7 @@ class Run:
     kept: dict[str, float] = field(default_factory=dict)  # the row of the policy that was kept, where not the last
     onnx_difference: float = math.nan
     stopped: str = ""
+    begun: bool = False  # with a policy that dances something already
     saved: int = 0  # the step that a resumed run goes on from
 
     def evaluate(

@@ -2,6 +2,7 @@
 
 import dataclasses
 import os
+import shutil
 import signal
 from pathlib import Path
 
@@ -11,15 +12,15 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnxruntime")
 
-from tracking import TaskConfig, TrackingError, TrackingTask, TrainConfig, load_bundle, teach
+from tracking import PpoConfig, TaskConfig, TrackingError, TrackingTask, TrainConfig, load_bundle, teach
 from tracking.config import DistillationConfig, FocusConfig, TeacherConfig
 from tracking.policy.bundle import SHIPPED
 from tracking.task import read_named_reference, write_rehearsal_set
 from tracking.teaching import TeacherTrainer, load_teacher, save_teacher, teaching_task
 from tracking.teaching.adviser import TrackerAdviser
 from tracking.teaching.distillation import Distillation
-from tracking.teaching.teach import LABELS, make_pupil
-from tracking.training import torch_policy
+from tracking.teaching.lesson import make_pupil
+from tracking.training import LABELS, begin_with, torch_policy
 
 SMALL = DistillationConfig(samples=6 * 8 * 10, steps_per_env=6, batch=32)
 
@@ -166,6 +167,35 @@ def test_a_run_whose_pupil_was_shown_other_things_is_refused_when_resumed(tmp_pa
     more = dataclasses.replace(CONFIG, task=dataclasses.replace(CONFIG.task, look_back=(1,)))
     with pytest.raises(TrackingError, match="shown other things"):
         teach(bundle.robot, [piece], tmp_path / "run", teacher, more, resume=True)
+
+
+def test_a_pupil_begins_with_the_tracker_beside_its_teacher_and_is_judged_before_it_learns(tmp_path, teacher, bundle):
+    folder = tmp_path / "tracker"
+    folder.mkdir()
+    shutil.copyfile(teacher, folder / "teacher.pt")
+    told = dataclasses.replace(CONFIG, task=TaskConfig(root_ahead=True, look_back=(1,)), ppo=PpoConfig(hidden=(16, 8)))
+    piece = read_named_reference(bundle.folder / "reference.npz")
+    first = teach(bundle.robot, [piece], tmp_path / "first", folder / "teacher.pt", told)
+    assert first.curves[0]["steps"] > 0  # no tracker lies there
+    for name in ("contract.json", "policy.onnx"):
+        shutil.copyfile(tmp_path / "first" / name, folder / name)
+    second = teach(bundle.robot, [piece], tmp_path / "second", folder / "teacher.pt", told)
+    assert second.curves[0]["steps"] == 0.0
+    other = dataclasses.replace(told, ppo=PpoConfig(hidden=(8, 8)))  # not of the tracker's size: from nothing
+    assert teach(bundle.robot, [piece], tmp_path / "third", folder / "teacher.pt", other).curves[0]["steps"] > 0
+    with pytest.raises(TrackingError, match=r"mlp.0.weight of \(16,"):
+        teach(bundle.robot, [piece], tmp_path / "fourth", folder / "teacher.pt", other, begin=tmp_path / "first")
+
+
+def test_who_begins_with_a_policy_drives_at_once_and_keeps_its_normaliser(task, tmp_path):
+    pupil = make_pupil(task, TrainConfig())
+    begin_with(pupil, SHIPPED / "groove-dancer", task)
+    lesson = Distillation(task, Constant(task, 0.3), pupil, SMALL, tmp_path / LABELS)
+    lesson.begun = True
+    mean = pupil.obs_normalizer.mean
+    assert lesson.driving == pytest.approx(SMALL.driving[1])
+    lesson.iterate()
+    assert torch.equal(pupil.obs_normalizer.mean, mean)
 
 
 def test_what_cannot_be_resumed_is_refused(tmp_path, teacher, bundle):
