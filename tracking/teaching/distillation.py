@@ -80,6 +80,22 @@ class Distillation:
         part = 1.0 if self.begun else min(1.0, self.samples / max(1.0, c.driving_until * c.samples))
         return c.driving[0] + (c.driving[1] - c.driving[0]) * part
 
+    @property
+    def rests(self) -> tuple[int, ...]:
+        """After how many labels the learning rate has fallen, and what was learnt is worth judging."""
+        return tuple(round(share * self.config.samples) for share in (self.config.rests if self.begun else (1.0,)))
+
+    def _rate(self) -> float:
+        """The learning rate: from the higher to the lower on the way to the next rest."""
+        (low, high), before, rest = self.config.rate, 0, self.config.samples
+        for end in self.rests:
+            if self.samples <= end:
+                rest = end
+                break
+            before = end
+        part = min(1.0, (self.samples - before) / max(1, rest - before))
+        return low + (high - low) * 0.5 * (1.0 + math.cos(math.pi * part))
+
     def _acts(self, seen: Float[ndarray, "N A"]) -> Float[ndarray, "N J"]:
         with torch.inference_mode():
             groups = TensorDict({"policy": torch.as_tensor(seen)}, batch_size=[len(seen)])
@@ -155,9 +171,8 @@ class Distillation:
                 torch.from_numpy(self._labels[self.samples - fresh : self.samples, :size].astype(np.float32))
             )
             self.actor.eval()
-        low, high = c.rate
         for group in self._optimiser.param_groups:
-            group["lr"] = low + (high - low) * 0.5 * (1.0 + math.cos(math.pi * part))
+            group["lr"] = self._rate()
         losses = []
         for _ in range(max(1, round(c.passes * fresh / c.batch))):
             chosen = self._labels[self.rng.integers(0, self.samples, size=c.batch)]

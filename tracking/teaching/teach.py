@@ -190,6 +190,7 @@ def _learn(
     with TensorBoard(run.folder) as board, Signals() as signals:
         if lesson.begun and not run.curves:  # it can dance something already
             _judge(run, lesson, pieces, config, board, progress, judged)
+        last_judged = int(run.curves[-1]["steps"]) if run.curves else 0
         run.stopped = run.reason_to_stop(config, budget)
         while not run.stopped:
             causes = lesson.iterate()
@@ -204,7 +205,8 @@ def _learn(
             progress("teach", run.steps, run.comes_to(config, budget), _line(run, lesson))
             if signals.came:
                 run.stopped = signals.came  # what came since the last save is done again, and comes out the same
-            elif run.steps // every > before // every or run.steps >= budget:
+            elif any(before < rest <= run.steps for rest in lesson.rests) or run.steps - last_judged >= every:
+                last_judged = run.steps
                 _judge(run, lesson, pieces, config, board, progress, judged)
                 run.stopped = run.reason_to_stop(config, budget)
             elif run.steps // _SAVE_EVERY > before // _SAVE_EVERY:
