@@ -60,15 +60,15 @@ def judge_standing(
         config=config, seed=seed, threads=threads,
     )  # fmt: skip
     with closing(task):
-        begin, last = _begins(task, starts, openings, round(stand_s / task.dt))
-        task.reset(np.arange(task.envs), begin)
+        task.reset(np.arange(task.envs), _begins(task, starts, openings, round(stand_s / task.dt)))
         standing = np.ones((len(references), starts + openings), dtype=bool)
         lasted, shares = np.zeros(standing.shape), np.zeros(len(references))
+        dances = np.array([r.reference.dance.stop - 1 - r.reference.dance.start for r in references])  # [frames]
         steps = round(longest_s / task.dt)
         for k in range(steps):
             result = task.step(act(task))
             standing &= ~result.terminated.reshape(standing.shape)
-            lasted += standing & (k < last - begin).reshape(standing.shape)
+            lasted += standing & (k < dances)[:, None]
             if k + 1 == round(stand_s / task.dt):
                 shares = standing[:, :starts].mean(axis=1)
             if not standing[:, starts:].any():
@@ -78,17 +78,16 @@ def judge_standing(
             name=r.name,
             stand=float(shares[i]),
             seconds=float(lasted[i, starts:].mean() * task.dt),
-            possible_s=min(longest_s, task.dt * (r.reference.dance.stop - 1 - r.reference.dance.start)),
+            possible_s=min(longest_s, task.dt * float(dances[i])),
         )
         for i, r in enumerate(references)
     ]
 
 
-def _begins(task: TrackingTask, starts: int, openings: int, room: int) -> tuple[ndarray, ndarray]:
-    """First frames of every rollout, and the last frames of their references."""
+def _begins(task: TrackingTask, starts: int, openings: int, room: int) -> ndarray:
+    """First frames of every rollout."""
     begin = [
         np.r_[np.linspace(o, max(o, task.tables.last[o] - room), starts).astype(int), np.full(openings, o)]
         for o in task.tables.openings
     ]
-    frames = np.concatenate(begin)
-    return frames, task.tables.last[frames]
+    return np.concatenate(begin)

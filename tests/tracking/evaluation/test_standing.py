@@ -37,9 +37,10 @@ def test_who_cannot_fail_stands_to_the_end_of_what_there_is(dancer, references):
     for found in judge_standing(zero, dancer, references, endless, starts=3, openings=2, longest_s=2.5):
         assert (found.stand, found.seconds) == (1.0, pytest.approx(2.5))
     whole = judge_standing(zero, dancer, references, endless, starts=1, openings=1, longest_s=60.0)[0]
-    reference = references[0].reference
-    assert whole.seconds == pytest.approx((reference.frames - 1 - reference.dance.start) / 50.0)
-    assert whole.possible_s <= whole.seconds  # which has the lead-out besides
+    dance = references[0].reference.dance
+    assert (
+        whole.seconds == whole.possible_s == pytest.approx((dance.stop - 1 - dance.start) / 50.0)
+    )  # no lead-out in it
 
 
 def test_who_fails_at_once_stands_nowhere(dancer, references):
