@@ -82,18 +82,16 @@ class Distillation:
 
     @property
     def rests(self) -> tuple[int, ...]:
-        """After how many labels the learning rate has fallen, and what was learnt is worth judging."""
-        return tuple(round(share * self.config.samples) for share in (self.config.rests if self.begun else (1.0,)))
+        """After how many labels the learning rate has fallen, and what was learnt is worth judging: at the ends of rounds."""
+        c, fresh = self.config, self.config.steps_per_env * self.task.envs
+        return tuple(math.ceil(share * c.samples / fresh) * fresh for share in (c.rests if self.begun else (1.0,)))
 
     def _rate(self) -> float:
         """The learning rate: from the higher to the lower on the way to the next rest."""
-        (low, high), before, rest = self.config.rate, 0, self.config.samples
-        for end in self.rests:
-            if self.samples <= end:
-                rest = end
-                break
-            before = end
-        part = min(1.0, (self.samples - before) / max(1, rest - before))
+        low, high = self.config.rate
+        behind = max((rest for rest in self.rests if rest < self.samples), default=0)
+        ahead = min((rest for rest in self.rests if rest >= self.samples), default=self.samples)
+        part = (self.samples - behind) / (ahead - behind)
         return low + (high - low) * 0.5 * (1.0 + math.cos(math.pi * part))
 
     def _acts(self, seen: Float[ndarray, "N A"]) -> Float[ndarray, "N J"]:

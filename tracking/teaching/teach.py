@@ -205,7 +205,7 @@ def _learn(
             progress("teach", run.steps, run.comes_to(config, budget), _line(run, lesson))
             if signals.came:
                 run.stopped = signals.came  # what came since the last save is done again, and comes out the same
-            elif any(before < rest <= run.steps for rest in lesson.rests) or run.steps - last_judged >= every:
+            elif run.steps in lesson.rests or run.steps - last_judged >= every:
                 last_judged = run.steps
                 _judge(run, lesson, pieces, config, board, progress, judged)
                 run.stopped = run.reason_to_stop(config, budget)

@@ -196,6 +196,19 @@ def test_who_begins_with_a_policy_drives_at_once_and_keeps_its_normaliser(task, 
     assert lesson.driving == pytest.approx(SMALL.driving[1])
     lesson.iterate()
     assert torch.equal(pupil.obs_normalizer.mean, mean)
+    low, high = SMALL.rate
+    rates, fresh = [], SMALL.steps_per_env * task.envs
+    while lesson.samples < SMALL.samples:
+        lesson.iterate()
+        rates.append(lesson._optimiser.param_groups[0]["lr"])
+    assert lesson.rests == (
+        2 * fresh,
+        3 * fresh,
+        5 * fresh,
+        10 * fresh,
+    )  # an eighth, a quarter, a half, all: in whole rounds
+    judged = [rates[rest // fresh - 2] for rest in lesson.rests]  # the first round was above
+    assert judged == pytest.approx([low] * 4) and max(rates) > 0.5 * high
 
 
 def test_what_cannot_be_resumed_is_refused(tmp_path, teacher, bundle):
