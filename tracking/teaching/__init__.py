@@ -3,7 +3,7 @@
 from tracking.teaching.focus import Focus, focus, judge_teacher
 from tracking.teaching.teach import teach, teach_tracker
 from tracking.teaching.teacher import TeacherTrainer, teacher_actions, teaching_task
-from tracking.teaching.teacher_file import Teacher, load_teacher, restore_teacher, save_teacher
+from tracking.teaching.teacher_file import Teacher, load_teacher, restore_teacher, save_teacher, teacher_actor
 from tracking.teaching.who_teaches import find_teacher, judge_tracker
 
 __all__ = [
@@ -20,5 +20,6 @@ __all__ = [
     "teach",
     "teach_tracker",
     "teacher_actions",
+    "teacher_actor",
     "teaching_task",
 ]

@@ -45,13 +45,17 @@ def judge_teacher(
     threads: int = 1,
     *,
     seed: int = 1,
+    starts: int = 16,
+    openings: int = 4,
 ) -> list[Standing]:
-    """How well a teacher follows references, on robots drawn by the seed, at the physics of evaluations."""
+    """How well a teacher follows references, on robots drawn by the seed, at the physics of evaluations; as `judge_standing`."""
 
     def act(task: TrackingTask) -> Float[ndarray, "N J"]:
         return teacher_actions(actor, task.observe_all()[0])
 
-    return judge_standing(act, robot, pieces, evaluation_task(TaskConfig()), threads=threads, seed=seed)
+    return judge_standing(
+        act, robot, pieces, evaluation_task(TaskConfig()), threads=threads, seed=seed, starts=starts, openings=openings
+    )
 
 
 def focus(
