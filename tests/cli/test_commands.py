@@ -142,7 +142,20 @@ def test_inspect_tells_what_and_why(capsys):
 def test_train_and_eval_from_end_to_end(groove_file, tmp_path, capsys):
     pytest.importorskip("torch")
     run = tmp_path / "run"
-    words = ["--ref", str(groove_file), "-o", str(run), "--steps", "6144", "--envs", "64", "--threads", "1"]
+    words = [
+        "--ref",
+        str(groove_file),
+        "-o",
+        str(run),
+        "--steps",
+        "6144",
+        "--envs",
+        "64",
+        "--threads",
+        "1",
+        "--teacher",
+        "none",
+    ]
     assert COMMANDS["dance-train"](words) in (0, 1)
     said = capsys.readouterr().out
     assert "survives" in said and "% of rollouts finish" in said

@@ -26,7 +26,9 @@ def save_lesson(run: Run, lesson: Distillation, config: TrainConfig, pieces: Seq
         "lesson": lesson.state_dict(),
         "config": json.dumps(asdict(config), sort_keys=True),
         "reference_sha256": motion_set_sha256(pieces),
-        "progress": json.dumps({"steps": run.steps, "seconds": run.seconds, "curves": run.curves}),
+        "progress": json.dumps(
+            {"steps": run.steps, "seconds": run.seconds, "focus_s": run.focus_s, "curves": run.curves}
+        ),
     }
     content = io.BytesIO()
     torch.save(state, content)  # to memory first: on a full disk torch names no disk
@@ -60,7 +62,7 @@ def restore_lesson(run: Run, lesson: Distillation, pieces: Sequence[NamedReferen
         )  # fmt: skip
     told = json.loads(state["progress"])
     run.steps, run.seconds, run.curves = told["steps"], told["seconds"], told["curves"]
-    run.before_s = run.seconds
+    run.before_s, run.focus_s = run.seconds, told.get("focus_s", 0.0)
     run.saved = run.steps
     try:
         lesson.load_state_dict(lesson_state)

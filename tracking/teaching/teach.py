@@ -168,6 +168,7 @@ def _focused(
             trainer, pieces, told.steps, config.focus, threads=config.threads, progress=progress, judged=judged,
             told_to_stop=told_to_stop,
         )  # fmt: skip
+        run.focus_s = run.seconds
         if signals.came:
             run.stopped = signals.came
         elif came.unjudged:

@@ -29,6 +29,7 @@ class Run:
     steps: int = 0
     seconds: float = 0.0
     before_s: float = 0.0  # of these, before it was resumed
+    focus_s: float = 0.0  # of these, in which a teacher learnt and steps did not count
     curves: list[dict[str, float]] = field(default_factory=list)  # one row per evaluation
     evaluations: dict[str, Evaluation] = field(default_factory=dict)  # the last, of every piece
     kept: dict[str, float] = field(default_factory=dict)  # the row of the policy that was kept, where not the last
@@ -87,8 +88,8 @@ class Run:
         """The steps at which the run will end by its budgets: `steps`, or fewer where the minutes are used before."""
         if not self.steps or math.isinf(config.minutes):
             return steps
-        pace = self.steps / max(self.seconds, 1e-9)
-        return max(self.steps, min(steps, round(pace * (self.before_s + 60.0 * config.minutes))))
+        pace = self.steps / max(self.seconds - self.focus_s, 1e-9)
+        return max(self.steps, min(steps, round(pace * (self.before_s + 60.0 * config.minutes - self.focus_s))))
 
 
 def nobody_looks(run: Run) -> None:

@@ -140,7 +140,7 @@ def test_the_command_leaves_out_what_missed_a_gate_in_a_folder_and_refuses_it_by
     )
     save_reference(other.reference, folder / "other.npz")
     np.savez(folder / "junk.npz", a=np.zeros(3))
-    budget = ["--steps", "64", "--envs", "8", "--no-recording", "-o", str(tmp_path / "run")]
+    budget = ["--steps", "64", "--envs", "8", "--no-recording", "--teacher", "none", "-o", str(tmp_path / "run")]
     assert main(["--ref", str(folder), *budget]) == 2
     said = capsys.readouterr().err
     assert "references of dancer, g1" in said and "--robot dancer" in said and "source-robot" not in said

@@ -227,3 +227,9 @@ def test_updates_become_smaller_with_time_and_with_success(tmp_path):
     assert at == pytest.approx(
         [c.first_kl, (c.first_kl * c.settled_kl) ** 0.5, c.settled_kl, c.settled_kl, c.finishing_kl]
     )
+
+
+def test_how_far_a_run_will_come_is_told_from_its_own_pace_and_not_from_its_teachers():
+    run = training.Run(folder=Path(), steps=1000, seconds=700.0, focus_s=600.0)  # ten steps a second
+    config = TrainConfig(minutes=15.0)
+    assert run.comes_to(config, 100_000) == 3000 and run.comes_to(config, 2000) == 2000
