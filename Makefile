@@ -28,13 +28,13 @@ demo: $(VENV)/base
 	@rm -rf $(OUT)/run
 	$(BIN)/dance-retarget clips/samples/groove.csv -o $(OUT)/groove.npz || test $$? -eq 1
 	$(BIN)/dance-eval groove-dancer --rollouts 50 --recording $(OUT)/dance.rrd || test $$? -eq 1
-	$(BIN)/dance-train --ref $(OUT)/groove.npz -o $(OUT)/run --steps 3000000 --minutes 2 || test $$? -eq 1
+	$(BIN)/dance-train --ref $(OUT)/groove.npz -o $(OUT)/run --minutes 2 || test $$? -eq 1
 	@echo
 	@echo "Look at it:"
 	@echo "  $(BIN)/rerun $(OUT)/dance.rrd           a trained policy that dances it all, beside the ghost"
 	@echo "  $(BIN)/dance-view $(OUT)/groove.npz     the dance in the browser"
 	@echo "  $(BIN)/rerun $(OUT)/groove.rrd          the clip, the targets, the robot, its feet"
-	@echo "  $(BIN)/rerun $(OUT)/run/training.rrd    what a policy can do after two minutes of training"
+	@echo "  $(BIN)/rerun $(OUT)/run/training.rrd    what a policy was taught in two minutes"
 	@echo "  $(BIN)/dance-play groove-g1             a Unitree G1, live"
 	@echo "Go on: $(BIN)/dance-train --ref $(OUT)/groove.npz -o $(OUT)/run --resume"
 

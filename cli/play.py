@@ -26,12 +26,12 @@ class Arguments:
         dance-play groove-g1 --film groove.mp4 --beside
         dance-play groove.npz
         dance-play tracker-g1 --ref dance_g1.npz
-        dance-play repertoire-g1 --dance gangnam
+        dance-play tracker-g1 --dance groove
     """
 
     what: ClipPath
     """Folder of a policy bundle, the name of one that comes with the package (groove-dancer, groove-g1), a tracker
-    with --ref or --dance (repertoire-g1, tracker-g1, or another lab's ONNX), or a reference (.npz) or any tool's motion of
+    with --ref or --dance (tracker-g1, tracker-dancer, or another lab's ONNX), or a reference (.npz) or any tool's motion of
     a robot: shown without physics."""
     ref: Path | None = None
     """What a tracker shall follow: any reference of its robot."""

@@ -100,7 +100,7 @@ def _check(args: Arguments, chosen: Selection) -> int:
 
 def _train(args: Arguments, chosen: Selection, folder: Path, teacher: Path | None, follows: bool) -> Run:
     from cli.viewing import training_page
-    from tracking import AUTO, NOBODY, teach, train
+    from tracking import teach, train
     from tracking.training import nobody_looks
 
     page = training_page(chosen.robot, chosen.pieces) if args.view and not follows else nullcontext(nobody_looks)
@@ -108,6 +108,5 @@ def _train(args: Arguments, chosen: Selection, folder: Path, teacher: Path | Non
         told, numbers, more = silent if follows else tell, args.numbers(), args.resume
         what = chosen.robot, chosen.pieces, folder
         if teacher is None:
-            begin = NOBODY if args.begin == AUTO else args.begin
-            return train(*what, numbers, begin=begin, resume=more, progress=told, judged=judged)
+            return train(*what, numbers, begin=args.begin, resume=more, progress=told, judged=judged)
         return teach(*what, teacher, numbers, begin=args.begin, resume=more, progress=told, judged=judged)

@@ -28,7 +28,7 @@ class Arguments:
         dance-view before.npz after.npz
         dance-view groove-g1
         dance-view tracker-g1 --ref groove_g1.npz
-        dance-view repertoire-g1 --dance gangnam --web gangnam.html
+        dance-view tracker-g1 --dance groove --web groove.html
         dance-view groove_g1.npz --web groove.html
     """
 

@@ -31,14 +31,14 @@ class Arguments:
         dance-deploy groove-g1 --rehearse --loops 4 --recording rehearsal.rrd --json rehearsal.json
         dance-deploy groove-g1 --rehearse --fault battery
         dance-deploy tracker-g1 --ref dance_g1.npz --rehearse
-        dance-deploy repertoire-g1 --dance gangnam --rehearse
+        dance-deploy tracker-g1 --dance groove --rehearse
         dance-deploy bundle --music song.mp3 --rehearse
         dance-deploy groove-g1 --interface eth0
         dance-deploy groove-g1 --interface eth0 --send --i-stand-clear
     """
 
     bundle: ClipPath
-    """Folder of the bundle, or groove-g1; or a tracker of ours, with --ref or --dance: repertoire-g1, tracker-g1."""
+    """Folder of the bundle, or groove-g1; or a tracker of ours, with --ref or --dance: tracker-g1."""
     ref: Path | None = None
     """What a tracker shall follow: any reference of its robot."""
     dance: str | None = None

@@ -23,8 +23,7 @@ class Arguments:
         dance-eval groove-g1 --write-reference danced.npz
         dance-eval runs/song
         dance-eval tracker-g1 --ref dance_g1.npz
-        dance-eval repertoire-g1 --dance gangnam
-        dance-eval repertoire-g1
+        dance-eval tracker-g1 --dance groove
         dance-eval twist2_1017_20k.onnx --ref dance_g1.npz
     """
 
@@ -32,7 +31,7 @@ class Arguments:
     """Folder that dance-train wrote (policy.onnx, contract.json, golden.npz, reference.npz; of a policy that dances
     several references, the run's folder: a row for each), or groove-dancer or groove-g1, which come with the package. Or a
     tracker, with --ref or --dance: tracker-g1, or another lab's ONNX (docs/trackers.md); with neither a row for each dance
-    that it knows (repertoire-g1). Also another tool's policy: an ONNX with
+    that it knows. Also another tool's policy: an ONNX with
     BeyondMimic's metadata, or Unitree's deploy.yaml with its policy.onnx beside it."""
     ref: Path | None = None
     """The reference that it shall perform, where it does not lie in the bundle: a tracker follows any of its robot.

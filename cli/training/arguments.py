@@ -40,9 +40,9 @@ class Arguments:
     """Who teaches the dance, in minutes where finding out takes hours: another lab's tracker (an ONNX, docs/trackers.md), a
     teacher.pt or the folder of a run that has one, or a tracker that comes with the package. auto: the robot's own where
     there is one; none: the policy finds out by itself (PPO). A teacher's gains become the policy's."""
-    begin: Annotated[str, tyro.conf.arg(name="from")] = "auto"
-    """A policy to begin with instead of nothing, of the same robot, table and size: a run, a bundle, the name of one. auto: who is
-    taught begins with the teacher's own tracker, who finds out by itself with nothing; none: with nothing."""
+    begin: Annotated[Path | None, tyro.conf.arg(name="from")] = None
+    """A policy to begin with instead of nothing, of the same robot, table and size: a run, a bundle, the name of one. Who is
+    taught by a tracker of ours is of its own tracker's size: --from tracker-g1."""
     robot: str | None = None
     """Its robot, where the reference's is not a built-in one (path of a profile), or a folder has several robots'."""
     out: Out = None

@@ -37,7 +37,8 @@ def as_begun(args: Arguments, folder: Path) -> Arguments:
     settings = folder / _SETTINGS
     if args.teacher == AUTO and (folder / _TAUGHT_BY).is_file():
         args = replace(args, teacher=who_taught(folder))
-    args = replace(args, begin=_told(folder / _BEGUN_WITH, NOBODY))
+    begun = _told(folder / _BEGUN_WITH, "")
+    args = replace(args, begin=Path(begun) if begun else None)
     return replace(args, config=settings) if args.config is None and settings.is_file() else args
 
 
@@ -53,7 +54,7 @@ def keep_beginning(args: Arguments, folder: Path, teacher: Path | None) -> None:
         raise TrackingError(str(folder), found=f"no folder ({e.strerror})", expected="a folder for the run") from e
     for name, text in (
         (_TAUGHT_BY, str(teacher or NOBODY)),
-        (_BEGUN_WITH, args.begin),
+        (_BEGUN_WITH, str(args.begin or "")),
         (_SETTINGS, as_toml(_without_budget(args.numbers()))),
     ):
         with write_whole(folder / name) as stream:

@@ -12,12 +12,11 @@ from tensordict import TensorDict
 
 from robot_models import RobotModel
 from tracking.config import DistillationConfig, TrainConfig
-from tracking.policy import CONTRACT
-from tracking.run_files import AUTO, LABELS, NOBODY
+from tracking.run_files import LABELS
 from tracking.task import NamedReference, TrackingTask
 from tracking.teaching.distillation import Distillation
 from tracking.teaching.who_teaches import adviser_of
-from tracking.training import Team, begin_with, make_algorithm, misfit
+from tracking.training import Team, begin_with, make_algorithm
 
 
 def as_pupils_see(config: TrainConfig) -> TrainConfig:
@@ -56,23 +55,9 @@ def make_lesson(
     return Distillation(task, make_adviser(task), pupil, _budget(config, pieces), folder / LABELS, config.seed)
 
 
-def begin_lesson(lesson: Distillation, tracker: Path, begin: str | Path) -> None:
-    """Let a pupil begin with a policy, where one is named or the teacher's own tracker is of its kind.
-
-    Args:
-        lesson: the pupil's.
-        tracker: the teacher's folder.
-        begin: a policy; "auto": the bundle in the teacher's folder; "none": nothing.
-
-    Raises:
-        TrackingError: no policy, or one that the pupil cannot begin with.
-    """
-    if begin == NOBODY:
-        return
-    own = begin == AUTO
-    if own and not ((tracker / CONTRACT).is_file() and not misfit(lesson.actor, tracker, lesson.task)):
-        return
-    begin_with(lesson.actor, tracker if own else Path(begin), lesson.task)
+def begin_lesson(lesson: Distillation, policy: Path) -> None:
+    """Let a pupil begin with a policy; raises as `begin_with`."""
+    begin_with(lesson.actor, policy, lesson.task)
     lesson.begun = True
 
 

@@ -13,7 +13,7 @@ from robot_models.maths import Progress, silent
 from tracking.config import TrainConfig
 from tracking.errors import TrackingError
 from tracking.policy import SHIPPED
-from tracking.run_files import AUTO, REHEARSAL
+from tracking.run_files import REHEARSAL
 from tracking.task import NamedReference, bundle_folder, read_rehearsal_set
 from tracking.teaching.distillation import Distillation
 from tracking.teaching.focus import Focus, focus
@@ -45,7 +45,7 @@ def teach(
     teacher: Path,
     config: TrainConfig,
     *,
-    begin: str | Path = AUTO,
+    begin: Path | None = None,
     resume: bool = False,
     progress: Progress = silent,
     judged: Callable[[Run], None] = nobody_looks,
@@ -58,8 +58,7 @@ def teach(
         folder: where checkpoint, curves, TensorBoard events and bundles go.
         teacher: a tracker.
         config: all numbers; `steps` is the budget in labels where it is not the default.
-        begin: the policy that the pupil begins with; "auto": the teacher's own tracker where one of the pupil's size lies beside
-            it; "none": nothing.
+        begin: the policy that the pupil begins with, of the same robot, table and size.
         resume: go on from the folder's checkpoint.
         progress: told after every round.
         judged: told after every judgement of the pupil.
@@ -67,12 +66,10 @@ def teach(
     Raises:
         TrackingError: no tracker, a policy that the pupil cannot begin with, or the run cannot be resumed.
     """
-    tracker = teacher.parent
     with ExitStack() as stack:
         stack.enter_context(run_folder(folder, resume))
         run = Run(folder=folder)
         going_on = resume and (folder / CHECKPOINT).exists()
-        tracker = teacher.parent
         if teacher.suffix != ".onnx":  # a teacher of ours, which can learn
             focused = folder / TEACHER if going_on else _focused(run, teacher, robot, pieces, config, progress)
             teacher = focused if focused.exists() else teacher
@@ -81,8 +78,8 @@ def teach(
             config = as_pupils_see(config)
         lesson = make_lesson(teacher, robot, pieces, folder, config)
         stack.callback(lesson.task.close)
-        if not going_on:
-            begin_lesson(lesson, tracker, begin)
+        if begin is not None and not going_on:
+            begin_lesson(lesson, begin)
         if going_on:
             restore_lesson(run, lesson, pieces)
         else:

@@ -2,7 +2,7 @@
 
 from tracking.run_files import CHECKPOINT, CURVES, LABELS, TEACHER
 from tracking.training.actor_export import export_bundle, export_tracker, torch_policy
-from tracking.training.actor_import import begin_with, misfit
+from tracking.training.actor_import import begin_with
 from tracking.training.checkpoint import load_checkpoint
 from tracking.training.curves import TensorBoard, write_curves
 from tracking.training.distributed import Team
@@ -27,7 +27,6 @@ __all__ = [
     "export_tracker",
     "load_checkpoint",
     "make_algorithm",
-    "misfit",
     "nobody_looks",
     "run_folder",
     "torch_policy",

@@ -32,8 +32,7 @@ def begin_with(actor: Any, policy: Path, task: TrackingTask) -> None:
     wrong = misfit(actor, policy, task)
     if wrong:
         raise TrackingError(
-            f"{policy}, to begin with", found=wrong, expected="a policy of this robot, table and size", cure="begin anew",
-            option="from", suggestion="none",
+            f"{policy}, to begin with", found=wrong, expected="a policy of this robot, table and size", cure="begin with nothing"
         )  # fmt: skip
     actor.load_state_dict(_weights(bundle_of(policy) / POLICY, actor))
     seen = np.random.default_rng(0).normal(size=(8, task.actor.size)).astype(np.float32)
@@ -73,9 +72,7 @@ def bundle_of(policy: Path) -> Path:
     inside = sorted(p.parent for p in folder.glob(f"*/{CONTRACT}"))
     found = folder if (folder / CONTRACT).is_file() or not inside else inside[0]
     if not (found / CONTRACT).is_file():
-        raise TrackingError(
-            str(policy), found="no bundle", expected="a policy of ours to begin with", option="from", suggestion="none"
-        )
+        raise TrackingError(str(policy), found="no bundle", expected="a policy of ours to begin with")
     return found
 
 

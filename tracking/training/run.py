@@ -13,7 +13,7 @@ from robot_models.maths import Progress, silent
 from tracking.config import PpoConfig, TrainConfig
 from tracking.engines import training_engine
 from tracking.errors import TrackingError
-from tracking.run_files import CHECKPOINT, CURVES, NOBODY
+from tracking.run_files import CHECKPOINT, CURVES
 from tracking.task import NamedReference, TrackingTask, bundle_folder, motion_set_sha256
 from tracking.training.actor_export import export_bundle, torch_policy
 from tracking.training.checkpoint import begin_run, load_checkpoint, restore, save_checkpoint
@@ -33,7 +33,7 @@ def train(
     folder: Path,
     config: TrainConfig,
     *,
-    begin: str | Path = NOBODY,
+    begin: Path | None = None,
     resume: bool = False,
     progress: Progress = silent,
     judged: Callable[[Run], None] = nobody_looks,
@@ -46,7 +46,7 @@ def train(
         folder: where checkpoint, curves, TensorBoard events and bundles go.
         config: all numbers.
         begin: a policy to begin with, of the same robot, table and size: of a run of PPO its critic and optimiser too; of any
-            other bundle the actor, whose critic then learns alone for a while. "none": nothing.
+            other bundle the actor, whose critic then learns alone for a while.
         resume: go on from the folder's checkpoint.
         progress: told after every iteration.
         judged: told after every judgement.
@@ -66,9 +66,9 @@ def train(
         )  # fmt: skip
         stack.callback(task.close)
         trainer = Trainer(task, config.ppo, config.seed, config.threads, team)
-        run = Run(folder=folder, begun=begin != NOBODY)
-        if run.begun and not resume:
-            begin_run(trainer, Path(begin))
+        run = Run(folder=folder, begun=begin is not None)
+        if begin is not None and not resume:
+            begin_run(trainer, begin)
         if resume:
             saved = restore(trainer, load_checkpoint(folder / CHECKPOINT), config, motion_set_sha256(pieces))
             run.steps, run.seconds, run.curves = saved["steps"], saved["seconds"], saved["curves"]

@@ -50,6 +50,22 @@ def test_the_shipped_tracker_is_whole_and_dances_what_it_was_not_made_for():
         load_bundle(Path("tracker-g1"))
 
 
+def test_the_dancers_tracker_teaches_without_being_asked_and_dances_untaught():
+    from tracking.policy import SHIPPED
+    from tracking.task import rehearsal_names
+    from tracking.teaching import find_teacher, load_teacher
+
+    folder = SHIPPED / "tracker-dancer"
+    assert (
+        find_teacher("auto", "dancer", 0.02) == folder / "teacher.pt" and load_teacher(folder / "teacher.pt").can_learn
+    )
+    assert len(rehearsal_names(folder / "rehearsal.npz")) > 30
+    bundle = load_bundle(folder, reference=SHIPPED / "groove-dancer" / "reference.npz")
+    task = evaluation_task(TaskConfig())
+    result = evaluate(bundle.runner, bundle.robot, bundle.reference, task, rollouts=4, seed=3, threads=1)
+    assert result.stood_s > 7.0
+
+
 def test_a_teacher_that_is_not_there_is_refused_with_what_there_is():
     from tracking.teaching import find_teacher
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 import os
-import shutil
 import signal
 from pathlib import Path
 
@@ -169,22 +168,15 @@ def test_a_run_whose_pupil_was_shown_other_things_is_refused_when_resumed(tmp_pa
         teach(bundle.robot, [piece], tmp_path / "run", teacher, more, resume=True)
 
 
-def test_a_pupil_begins_with_the_tracker_beside_its_teacher_and_is_judged_before_it_learns(tmp_path, teacher, bundle):
-    folder = tmp_path / "tracker"
-    folder.mkdir()
-    shutil.copyfile(teacher, folder / "teacher.pt")
+def test_a_pupil_that_begins_with_a_policy_is_judged_before_it_learns(tmp_path, teacher, bundle):
     told = dataclasses.replace(CONFIG, task=TaskConfig(root_ahead=True, look_back=(1,)), ppo=PpoConfig(hidden=(16, 8)))
     piece = read_named_reference(bundle.folder / "reference.npz")
-    first = teach(bundle.robot, [piece], tmp_path / "first", folder / "teacher.pt", told)
-    assert first.curves[0]["steps"] > 0  # no tracker lies there
-    for name in ("contract.json", "policy.onnx"):
-        shutil.copyfile(tmp_path / "first" / name, folder / name)
-    second = teach(bundle.robot, [piece], tmp_path / "second", folder / "teacher.pt", told)
+    assert teach(bundle.robot, [piece], tmp_path / "first", teacher, told).curves[0]["steps"] > 0
+    second = teach(bundle.robot, [piece], tmp_path / "second", teacher, told, begin=tmp_path / "first")
     assert second.curves[0]["steps"] == 0.0
-    other = dataclasses.replace(told, ppo=PpoConfig(hidden=(8, 8)))  # not of the tracker's size: from nothing
-    assert teach(bundle.robot, [piece], tmp_path / "third", folder / "teacher.pt", other).curves[0]["steps"] > 0
+    other = dataclasses.replace(told, ppo=PpoConfig(hidden=(8, 8)))
     with pytest.raises(TrackingError, match=r"mlp.0.weight of \(16,"):
-        teach(bundle.robot, [piece], tmp_path / "fourth", folder / "teacher.pt", other, begin=tmp_path / "first")
+        teach(bundle.robot, [piece], tmp_path / "third", teacher, other, begin=tmp_path / "first")
 
 
 def test_who_begins_with_a_policy_drives_at_once_and_keeps_its_normaliser(task, tmp_path):
