@@ -261,9 +261,12 @@ class DistillationConfig(_Checked):
     batch: int = 1_024
     passes: float = 4.0  # over as many labels as are new
     rate: tuple[float, float] = _range(3e-5, 1e-3)  # of the learning rate, which falls from the higher to the lower
-    # Who begins with a policy may be done after an eighth of the labels, and is worth judging where the rate has fallen: it falls
-    # anew to each of these shares of them (SGDR, Loshchilov and Hutter 2017).
-    rests: tuple[float, ...] = (0.125, 0.25, 0.5, 1.0)
+    rests: tuple[float, ...] = (
+        0.125,
+        0.25,
+        0.5,
+        1.0,
+    )  # shares of the labels to which it falls anew, of who began with a policy
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,8 @@ from tracking import PpoConfig, TaskConfig, TrackingError, TrackingTask, TrainCo
 from tracking.policy import POLICY, onnx_policy
 from tracking.policy.bundle import SHIPPED
 from tracking.task import read_named_reference
-from tracking.training import Trainer, begin_with, misfit, torch_policy
+from tracking.training import Trainer, begin_with, torch_policy
+from tracking.training.actor_import import misfit
 from tracking.training.checkpoint import begin_run
 
 GROOVE = SHIPPED / "groove-dancer"
