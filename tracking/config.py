@@ -266,7 +266,7 @@ class DistillationConfig(_Checked):
         0.25,
         0.5,
         1.0,
-    )  # shares of the labels to which it falls anew, of who began with a policy
+    )  # of the labels, to which it falls anew where one begins with a policy
 
 
 @dataclass(frozen=True, kw_only=True)
