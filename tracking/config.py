@@ -261,12 +261,7 @@ class DistillationConfig(_Checked):
     batch: int = 1_024
     passes: float = 4.0  # over as many labels as are new
     rate: tuple[float, float] = _range(3e-5, 1e-3)  # of the learning rate, which falls from the higher to the lower
-    rests: tuple[float, ...] = (
-        0.125,
-        0.25,
-        0.5,
-        1.0,
-    )  # of the labels, to which it falls anew where one begins with a policy
+    rests: tuple[float, ...] = (0.125, 0.25, 0.5, 1.0)  # of the labels: it falls anew to each, for who began
 
 
 @dataclass(frozen=True, kw_only=True)
