@@ -32,15 +32,13 @@ class Distillation:
         config: all numbers.
         labels: file for what is told, which a resumed run needs; half a kilobyte to one per label, in half precision.
         seed: of who drives and of the batches.
-        begun: whether the pupil can dance already: it keeps its normaliser, and drives from the first episode on as far as
-            it does in the end.
     """
 
     def __init__(
-        self, task: TrackingTask, adviser: Adviser, actor: Any, config: DistillationConfig, labels: Path, seed: int = 0,
-        begun: bool = False,
-    ) -> None:  # fmt: skip
-        self.begun = begun
+        self, task: TrackingTask, adviser: Adviser, actor: Any, config: DistillationConfig, labels: Path, seed: int = 0
+    ) -> None:
+        # Whether the pupil can dance already: it keeps its normaliser, and drives from the first episode on as in the end.
+        self.begun = False
         self.task, self.adviser, self.actor, self.config = task, adviser, actor, config
         self.rng = np.random.default_rng(seed)
         self.samples, self.loss = 0, float("nan")

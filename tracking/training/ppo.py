@@ -88,9 +88,11 @@ class Trainer:
                 observation = self._observe()
                 self._record(observation, result, truncated)
             self.algorithm.compute_returns(observation)
+        alone = self.critic_alone > 0
         losses = self._update()
         divergence = self._divergence()
-        self._adapt_rate(divergence, kl)
+        if not alone:  # an actor that is left as it is diverges from nothing
+            self._adapt_rate(divergence, kl)
         self._keep_exploring()
         lasted = to_numpy(xp.concat(ended)) * self.task.dt
         return Iteration(
@@ -118,6 +120,8 @@ class Trainer:
         before = {name: value.clone() for name, value in self.algorithm.actor.state_dict().items()}
         losses = dict(self.algorithm.update())
         self.algorithm.actor.load_state_dict(before)
+        if not self.critic_alone:  # the actor's first step is the smallest; the divergence tells what it bears
+            self._set_rate(self.config.rate_range[0])
         return losses
 
     def _as_the_task_has_it(self, action: torch.Tensor) -> Array:
@@ -153,8 +157,11 @@ class Trainer:
         The library's own rule changes the rate within an update: small batches let it jump tenfold in one.
         """
         factor = np.clip(wanted / max(divergence, 1e-9), *self.config.rate_steps)
-        self.algorithm.learning_rate = float(np.clip(self.algorithm.learning_rate * factor, *self.config.rate_range))
-        self.algorithm.optimizer.param_groups[0]["lr"] = self.algorithm.learning_rate  # a second group is a critic's
+        self._set_rate(float(np.clip(self.algorithm.learning_rate * factor, *self.config.rate_range)))
+
+    def _set_rate(self, rate: float) -> None:
+        self.algorithm.learning_rate = rate
+        self.algorithm.optimizer.param_groups[0]["lr"] = rate  # a second group is a critic's
 
     def _make_algorithm(self) -> Any:
         return make_algorithm(self._observe(), self.task, self.config, self.team)

@@ -78,7 +78,9 @@ def test_the_critic_of_a_bundle_learns_alone_at_first(task):
     trainer.iterate(0.01)
     assert all(torch.equal(a, b) for a, b in zip(actor, trainer.actor.parameters(), strict=True))
     assert not all(torch.equal(a, b) for a, b in zip(critic, trainer.algorithm.critic.parameters(), strict=True))
-    trainer.critic_alone = 0
+    trainer.critic_alone = 1  # the last of these iterations
+    trainer.iterate(0.01)
+    assert trainer.algorithm.learning_rate == CONFIG.ppo.rate_range[0]  # not what no divergence at all would ask for
     trainer.iterate(0.01)
     assert not all(torch.equal(a, b) for a, b in zip(actor, trainer.actor.parameters(), strict=True))
 
