@@ -108,8 +108,9 @@ def test_a_batch_that_is_stopped_ends_its_workers_and_tells_what_was_done(number
         [sys.executable, "-c", BATCH, str(tmp_path / "clips"), "-o", str(out), "--jobs", "2"], cwd=ROOT, start_new_session=True,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
-    until = time.monotonic() + 60.0
-    while len(list(out.glob("*.npz"))) < 2 and time.monotonic() < until:
+    until = time.monotonic() + 120.0
+    # Of two workers: the first of four files belong to clips whose recordings too are written.
+    while len(list(out.glob("*.npz"))) < 4 and time.monotonic() < until:
         time.sleep(0.05)
     os.kill(child.pid, number)
     child.wait(30)

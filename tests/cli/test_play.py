@@ -64,20 +64,7 @@ def test_a_policy_and_its_reference_as_films(short, tmp_path):
     from cli import train
 
     run = tmp_path / "run"
-    words = [
-        "--ref",
-        str(short),
-        "-o",
-        str(run),
-        "--steps",
-        "384",
-        "--envs",
-        "16",
-        "--no-recording",
-        "--anyway",
-        "--teacher",
-        "none",
-    ]
+    words = ["--ref", str(short), "-o", str(run), "--steps", "384", "--envs", "16", "--no-recording", "--anyway"]
     assert train.main([*words, "--teacher", "none"]) in (0, 1)
     for what in (short, run):
         film = tmp_path / f"{what.stem}.mp4"
