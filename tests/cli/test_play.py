@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from excerpt import excerpt
 
 from cli import play
 from clips import load_reference, save_reference
@@ -15,26 +16,7 @@ pytest.importorskip("torch")
 @pytest.fixture
 def short(groove_file, tmp_path):
     """A reference file of a few frames, so that software rendering does not take minutes."""
-    import dataclasses
-
-    import numpy as np
-
-    whole = load_reference(groove_file)
-    names = (
-        "joint_pos",
-        "joint_vel",
-        "body_pos_w",
-        "body_quat_w",
-        "body_lin_vel_w",
-        "body_ang_vel_w",
-        "contact",
-        "joint_torque",
-    )
-    part = dataclasses.replace(
-        whole, **{n: getattr(whole, n)[60:80] for n in names}, segments=np.array([[0, 20, 0]]),
-        meta={**whole.meta, "segment_names": ["dance"]},
-    )  # fmt: skip
-    save_reference(part, tmp_path / "short.npz")
+    save_reference(excerpt(load_reference(groove_file), 60, 80), tmp_path / "short.npz")
     return tmp_path / "short.npz"
 
 

@@ -64,12 +64,12 @@ def judge_standing(
         standing = np.ones((len(references), starts + openings), dtype=bool)
         lasted, shares = np.zeros(standing.shape), np.zeros(len(references))
         dances = np.array([r.reference.dance.stop - 1 - r.reference.dance.start for r in references])  # [frames]
-        steps = round(longest_s / task.dt)
-        for k in range(steps):
+        stand, longest = round(stand_s / task.dt), round(longest_s / task.dt)
+        for k in range(max(stand, min(longest, int(dances.max())))):
             result = task.step(act(task))
             standing &= ~result.terminated.reshape(standing.shape)
             lasted += standing & (k < dances)[:, None]
-            if k + 1 == round(stand_s / task.dt):
+            if k + 1 == stand:
                 shares = standing[:, :starts].mean(axis=1)
             if not standing[:, starts:].any():
                 break

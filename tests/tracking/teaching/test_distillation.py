@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from excerpt import excerpt
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnxruntime")
 
-from tracking import PpoConfig, TaskConfig, TrackingError, TrackingTask, TrainConfig, load_bundle, teach
+from tracking import REHEARSAL, PpoConfig, TaskConfig, TrackingError, TrackingTask, TrainConfig, load_bundle, teach
 from tracking.config import DistillationConfig, FocusConfig, TeacherConfig
 from tracking.policy.bundle import SHIPPED
 from tracking.task import read_named_reference, write_rehearsal_set
@@ -92,6 +93,12 @@ def test_a_trackers_advice_asks_for_the_targets_that_it_would_ask_for(bundle, ta
     np.testing.assert_allclose(adviser._runner.actions[0], 0.0, atol=1e-9)  # residuals of the same feed-forward
 
 
+def short(bundle):
+    """Two seconds of the sample dance."""
+    piece = read_named_reference(bundle.folder / "reference.npz")
+    return dataclasses.replace(piece, reference=excerpt(piece.reference, 60, 160))
+
+
 @pytest.fixture(scope="module")
 def teacher(tmp_path_factory, bundle):
     config = dataclasses.replace(
@@ -103,6 +110,7 @@ def teacher(tmp_path_factory, bundle):
     trainer = TeacherTrainer(task, config, 0)
     save_teacher(path, trainer, 0, optimiser=False)
     save_teacher(path.with_name("learning.pt"), trainer, 0)
+    write_rehearsal_set(path.with_name(REHEARSAL), [short(bundle)], "by us")
     task.close()
     return path
 
@@ -118,8 +126,7 @@ CONFIG = TrainConfig(
 
 
 def run(folder, teacher, bundle, **more):
-    piece = read_named_reference(bundle.folder / "reference.npz")
-    return teach(bundle.robot, [piece], folder, teacher, CONFIG, **more)
+    return teach(bundle.robot, [short(bundle)], folder, teacher, CONFIG, **more)
 
 
 def test_a_run_that_was_told_to_stop_goes_on_exactly_from_its_last_judgement(tmp_path, teacher, bundle):
@@ -141,7 +148,7 @@ def test_a_run_that_was_told_to_stop_goes_on_exactly_from_its_last_judgement(tmp
 def test_a_run_goes_on_with_a_larger_budget(tmp_path, teacher, bundle):
     run(tmp_path / "run", teacher, bundle)
     more = dataclasses.replace(CONFIG, distillation=dataclasses.replace(CONFIG.distillation, samples=720))
-    piece = read_named_reference(bundle.folder / "reference.npz")
+    piece = short(bundle)
     again = teach(bundle.robot, [piece], tmp_path / "run", teacher, more, resume=True)
     assert [row["steps"] for row in again.curves] == [240, 480, 720]
     assert again.outcome["finished"] == max(row["finished"] for row in again.curves)
@@ -162,7 +169,7 @@ def test_the_pupil_that_was_judged_best_is_kept(task, tmp_path):
 
 def test_a_run_whose_pupil_was_shown_other_things_is_refused_when_resumed(tmp_path, teacher, bundle):
     run(tmp_path / "run", teacher, bundle)
-    piece = read_named_reference(bundle.folder / "reference.npz")
+    piece = short(bundle)
     more = dataclasses.replace(CONFIG, task=dataclasses.replace(CONFIG.task, look_back=(1,)))
     with pytest.raises(TrackingError, match="shown other things"):
         teach(bundle.robot, [piece], tmp_path / "run", teacher, more, resume=True)
@@ -170,7 +177,7 @@ def test_a_run_whose_pupil_was_shown_other_things_is_refused_when_resumed(tmp_pa
 
 def test_a_pupil_that_begins_with_a_policy_is_judged_before_it_learns(tmp_path, teacher, bundle):
     told = dataclasses.replace(CONFIG, task=TaskConfig(root_ahead=True, look_back=(1,)), ppo=PpoConfig(hidden=(16, 8)))
-    piece = read_named_reference(bundle.folder / "reference.npz")
+    piece = short(bundle)
     assert teach(bundle.robot, [piece], tmp_path / "first", teacher, told).curves[0]["steps"] > 0
     second = teach(bundle.robot, [piece], tmp_path / "second", teacher, told, begin=tmp_path / "first")
     assert second.curves[0]["steps"] == 0.0
@@ -217,7 +224,7 @@ def test_what_cannot_be_resumed_is_refused(tmp_path, teacher, bundle):
 def test_a_teacher_with_its_critic_focuses_first_on_what_it_rehearses_with(tmp_path, teacher, bundle):
     learning = tmp_path / "learning.pt"
     learning.write_bytes(teacher.with_name("learning.pt").read_bytes())
-    write_rehearsal_set(tmp_path / "rehearsal.npz", [read_named_reference(bundle.folder / "reference.npz")], "by us")
+    write_rehearsal_set(tmp_path / REHEARSAL, [short(bundle)], "by us")
     told = []
     run(tmp_path / "run", learning, bundle, progress=lambda *what: told.append(what))
     stages = [stage for stage, *_ in told if stage != "rollouts"]  # those are of judgements
