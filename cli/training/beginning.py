@@ -33,11 +33,20 @@ def _told(file: Path, otherwise: str) -> str:
 
 
 def as_begun(args: Arguments, folder: Path) -> Arguments:
-    """The arguments with the teacher and the settings that the run began with, where no others are stated."""
+    """The arguments with the teacher and the settings that the run began with, where no others are stated.
+
+    Raises:
+        TrackingError: it began with another policy than the one stated.
+    """
     settings = folder / _SETTINGS
     if args.teacher == AUTO and (folder / _TAUGHT_BY).is_file():
         args = replace(args, teacher=who_taught(folder))
     begun = _told(folder / _BEGUN_WITH, "")
+    if args.begin is not None and str(args.begin) != begun:
+        raise TrackingError(
+            f"--from {args.begin}", found=f"--resume beside it, of a run that began with {begun or 'nothing'}",
+            expected="the policy that it began with, or none", cure="begin another run with it: --out ANOTHER, no --resume",
+        )  # fmt: skip
     args = replace(args, begin=Path(begun) if begun else None)
     return replace(args, config=settings) if args.config is None and settings.is_file() else args
 

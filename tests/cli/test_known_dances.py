@@ -1,11 +1,10 @@
 """Dances that a tracker knows are named, not looked for: judged, shown and refused by their names."""
 
-import dataclasses
 import json
 import shutil
 
-import numpy as np
 import pytest
+from excerpt import excerpt
 
 pytest.importorskip("onnxruntime")
 
@@ -29,15 +28,7 @@ def repertoire(tmp_path_factory):
     whole = load_reference(file)
 
     def part(name, first, last):
-        tables = {
-            n: getattr(whole, n)[first:last]
-            for n in ("joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w")
-        }
-        tables |= {n: getattr(whole, n)[first:last] for n in ("contact", "joint_torque")}
-        cut = dataclasses.replace(
-            whole, **tables, segments=np.array([[0, last - first, 0]]), meta={**whole.meta, "segment_names": ["dance"]}
-        )
-        return NamedReference(name=name, reference=cut, path=file, sha256="")
+        return NamedReference(name=name, reference=excerpt(whole, first, last), path=file, sha256="")
 
     write_rehearsal_set(folder / REHEARSAL, [part("first", 60, 160), part("second", 160, 240)], "by nobody")
     return folder

@@ -1,5 +1,7 @@
 """What a training says at its end, and what it goes on with."""
 
+from pathlib import Path
+
 import pytest
 
 from cli.training import Arguments, as_begun, keep_beginning, run_verdict
@@ -62,6 +64,17 @@ def test_a_run_goes_on_with_the_teacher_and_the_settings_that_it_began_with(tmp_
     keep_beginning(begun, folder, None)
     assert as_begun(plain, folder).teacher == "none"
     assert as_begun(plain, tmp_path / "elsewhere") == plain
+
+
+def test_a_resumed_run_is_not_begun_with_another_policy(tmp_path):
+    from tracking import TrackingError
+
+    refs, first = (tmp_path / "a.npz",), Path("tracker-g1")
+    keep_beginning(Arguments(ref=refs, begin=first), tmp_path / "run", None)
+    for stated in (first, None):
+        assert as_begun(Arguments(ref=refs, resume=True, begin=stated), tmp_path / "run").begin == first
+    with pytest.raises(TrackingError, match="began with tracker-g1"):
+        as_begun(Arguments(ref=refs, resume=True, begin=Path("groove-g1")), tmp_path / "run")
 
 
 def test_a_run_that_is_not_there_and_a_file_that_is_no_teacher_are_refused_before_anything_is_written(
