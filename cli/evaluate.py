@@ -41,6 +41,8 @@ def run(args: Arguments) -> int:
         raise OutputError(
             f"--write-reference {args.write_reference}", found="that name", expected="a file that ends in .npz"
         )
+    if args.ref is None and args.dance is None:  # its own dance, or each that it knows
+        return _judge(args)
     with followed(args.bundle, args.ref, args.dance, args.file, args.tell.console()) as ref:
         return _judge(replace(args, ref=ref))
 

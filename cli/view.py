@@ -63,7 +63,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def run(args: Arguments) -> int:
     """Gather what there is to see, and show or write it."""
-    from cli.viewing import panel_of, serve, show_of
+    from cli.viewing import is_motion, panel_of, serve, show_of
     from retarget.workflows import SUFFIXES
 
     if args.web is not None and args.web.suffix != ".html":
@@ -76,7 +76,7 @@ def run(args: Arguments) -> int:
     what = args.what, args.robot, args.file
     with contextlib.ExitStack() as stack:
         ref = args.ref
-        if args.dance is not None:
+        if args.dance is not None or (ref is None and len(args.what) == 1 and not is_motion(args.what[0])):
             ref = stack.enter_context(followed(args.what[0], ref, args.dance, args.file, args.tell.console()))
         if args.web is not None:
             return tell(_page(replace(args, ref=ref), args.web), args.tell)

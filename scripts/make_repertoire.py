@@ -21,8 +21,12 @@ def main() -> None:
     parser.add_argument("run", type=Path)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--credits", required=True, help="whose motions they are, and under which licences")
+    parser.add_argument("--only", nargs="*", default=[], help="the dances that are named, where the run knows more")
     args = parser.parse_args()
     bundles = sorted(p.parent for p in args.run.glob(f"*/{CONTRACT}"))
+    if absent := set(args.only) - {b.name for b in bundles}:
+        raise SystemExit(f"--only: no {', '.join(sorted(absent))} in {args.run}")
+    bundles = [b for b in bundles if not args.only or b.name in args.only]
     args.folder.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(bundles[0] / POLICY, args.folder / POLICY)
     contract = replace(read_contract(bundles[0] / CONTRACT), reference_sha256="")

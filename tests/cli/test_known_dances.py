@@ -9,6 +9,7 @@ from excerpt import excerpt
 pytest.importorskip("onnxruntime")
 
 import cli.evaluate
+import cli.play
 import cli.view
 
 
@@ -51,6 +52,8 @@ def test_a_dance_that_it_does_not_know_is_refused_with_those_that_it_does(repert
     assert "one of the two" in capsys.readouterr().err
     assert cli.evaluate.main(["groove-g1", "--dance", "first"]) == 2  # a policy of one dance
     assert "as tracker-g1" in capsys.readouterr().err
+    assert cli.play.main([str(repertoire)]) == 2
+    assert "one that it knows: first, second" in " ".join(capsys.readouterr().err.split())
     assert cli.evaluate.main([str(repertoire), "--sweep"]) == 2  # of which?
     assert "--dance first" in capsys.readouterr().err
 
