@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 
+import numpy as np
+
 from robot_models import RobotModel
 from robot_models.maths import Progress, silent
 from tracking.config import TrainConfig
@@ -230,8 +232,12 @@ def _judge(
 
 
 def _score(row: dict[str, float], pieces: Sequence[NamedReference]) -> float:
-    """By which judgements are compared: who finishes, and where nobody does who lasts."""
-    return row["finished"] + 0.1 * row["survived_s"] / max(p.reference.duration_s for p in pieces)
+    """By which judgements are compared: who finishes, and where nobody does who lasts.
+
+    Of several dances the mean, for one of them may be hopeless, and the others are worth keeping.
+    """
+    finished = [row[f"finished {p.name}"] for p in pieces] if len(pieces) > 1 else [row["finished"]]
+    return float(np.mean(finished)) + 0.1 * row["survived_s"] / max(p.reference.duration_s for p in pieces)
 
 
 def _line(run: Run, lesson: Distillation) -> str:

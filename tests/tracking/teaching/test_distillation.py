@@ -20,6 +20,7 @@ from tracking.teaching import TeacherTrainer, load_teacher, save_teacher, teachi
 from tracking.teaching.adviser import TrackerAdviser
 from tracking.teaching.distillation import Distillation
 from tracking.teaching.lesson import make_pupil
+from tracking.teaching.teach import _score
 from tracking.training import LABELS, begin_with, torch_policy
 
 SMALL = DistillationConfig(samples=6 * 8 * 10, steps_per_env=6, batch=32)
@@ -165,6 +166,14 @@ def test_the_pupil_that_was_judged_best_is_kept(task, tmp_path):
     assert np.abs(torch_policy(lesson.actor)(seen) - best).max() > 1e-4
     lesson.keep_best()
     np.testing.assert_array_equal(torch_policy(lesson.actor)(seen), best)
+
+
+def test_of_several_dances_a_hopeless_one_does_not_say_which_pupil_is_kept(bundle):
+    pieces = [dataclasses.replace(short(bundle), name=name) for name in ("first", "hopeless")]
+    early = {"finished": 0.1, "finished first": 0.3, "finished hopeless": 0.1, "survived_s": 1.0}
+    late = {"finished": 0.0, "finished first": 0.9, "finished hopeless": 0.0, "survived_s": 1.0}
+    assert _score(late, pieces) > _score(early, pieces)
+    assert _score(late, pieces[:1]) < _score(early, pieces[:1])  # of one dance it is its own number
 
 
 def test_a_run_whose_pupil_was_shown_other_things_is_refused_when_resumed(tmp_path, teacher, bundle):
