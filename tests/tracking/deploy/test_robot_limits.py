@@ -88,7 +88,7 @@ def test_no_contract_that_differs_from_the_robots_profile_is_let_through():
     assert tried > 200 and not passed
 
 
-@pytest.mark.parametrize("policy", ["groove-g1", "tracker-g1"])
+@pytest.mark.parametrize("policy", ["groove-g1", "tracker-g1", "repertoire-g1"])
 def test_what_comes_with_the_package_passes(policy):
     ROBOT.check(read_contract(POLICIES / policy / "contract.json"))
 

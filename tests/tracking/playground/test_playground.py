@@ -54,7 +54,7 @@ def computed(layers, x):
     return x
 
 
-@pytest.mark.parametrize("name", ["groove-dancer", "groove-g1", "tracker-g1", "tracker-dancer"])
+@pytest.mark.parametrize("name", ["groove-dancer", "groove-g1", "tracker-g1", "tracker-dancer", "repertoire-g1"])
 def test_the_layers_are_the_network(name, rng):
     path = SHIPPED / name / "policy.onnx"
     layers = layers_of(path)

@@ -7,6 +7,8 @@ import pytest
 
 pytest.importorskip("torch")
 
+from clips import save_reference
+from robot_models import load_robot
 from tracking import TaskConfig, TrackingError, evaluate, evaluation_task, load_bundle
 
 
@@ -64,6 +66,24 @@ def test_the_dancers_tracker_teaches_without_being_asked_and_dances_untaught():
     task = evaluation_task(TaskConfig())
     result = evaluate(bundle.runner, bundle.robot, bundle.reference, task, rollouts=4, seed=3, threads=1)
     assert result.stood_s > 7.0
+
+
+def test_the_shipped_repertoire_dances_what_it_names(tmp_path):
+    from tracking.policy import SHIPPED
+    from tracking.task import read_rehearsal_set, rehearsal_names
+
+    folder, file = SHIPPED / "repertoire-g1", tmp_path / "step_touch.npz"
+    assert len(rehearsal_names(folder / "rehearsal.npz")) >= 10
+    (piece,) = read_rehearsal_set(folder / "rehearsal.npz", load_robot("g1"), ["step_touch"])
+    save_reference(piece.reference, file)
+    bundle, task = load_bundle(folder, reference=file), evaluation_task(TaskConfig())
+    result = evaluate(bundle.runner, bundle.robot, bundle.reference, task, rollouts=8, seed=3, threads=1)
+    assert result.finished >= 0.75 and result.body_error_mm < 60.0
+
+    def nothing(seen):
+        return np.zeros((len(seen), len(bundle.robot.joint_names)))
+
+    assert evaluate(nothing, bundle.robot, bundle.reference, task, rollouts=8, seed=3, threads=1).finished == 0.0
 
 
 def test_a_teacher_that_is_not_there_is_refused_with_what_there_is():
