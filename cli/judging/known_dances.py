@@ -31,12 +31,12 @@ def followed(
     Raises:
         TrackingError: both, or neither for a tracker that knows dances; no such tracker, or no dance of that name.
     """
-    if dance is None and ref is None and (known := names_of_known_dances(policy)):
-        raise TrackingError(
-            str(policy), found="a tracker, and no dance", expected=f"one that it knows: {', '.join(known)}; or any reference",
-            cure=f"--dance {known[0]}, or --ref FILE",
-        )  # fmt: skip
     if dance is None:
+        if ref is None and (known := names_of_known_dances(policy)):
+            raise TrackingError(
+                str(policy), found="a tracker, and no dance", expected=f"one that it knows: {', '.join(known)}; or any reference",
+                cure=f"--dance {known[0]}, or --ref FILE",
+            )  # fmt: skip
         with reference_for(ref, options, console) as file:
             yield file
         return
